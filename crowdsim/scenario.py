@@ -1,0 +1,77 @@
+"""What a world starts from: the map, the people, and the robot's task."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from crowdsim.map import Map
+from crowdsim.pedestrians import Pedestrians
+from crowdsim.recordings import Recording
+
+OnArrival = Literal["stop", "return", "respawn"]
+ON_ARRIVAL: tuple[OnArrival, ...] = ("stop", "return", "respawn")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scenario:
+    """Frozen initial conditions of one world; `World` runs them. World metres, headings CCW from +x.
+
+    Attributes:
+        name: Name in `crowdsim.scenarios.SCENARIOS`, or the user's own.
+        map: Geometry that physics, wayfinding, lidar and picture share.
+        pedestrians: Initial state and goals of the N people. For a replay there is one row per
+            recorded track, in the order of `replay.ids`, and the recorded tracks drive them.
+        on_arrival: What a person does at the last waypoint: stand there (`stop`), walk the
+            waypoints backwards to the start (`return`), or appear again at the start as a new
+            person with a new id (`respawn`).
+        robot_start: Robot's x, y [m] and heading [rad].
+        robot_goal: Robot's goal x, y [m].
+        time_limit: Time the robot has [s].
+        replay: Recorded tracks that drive the people instead of forces; its rows must be evenly
+            spaced in time (`Recording.regular`).
+        replay_start: Row of `replay` at world time 0.
+
+    Raises:
+        ValueError: A field is out of range or the robot starts or ends where nobody can stand.
+    """
+
+    name: str
+    map: Map
+    pedestrians: Pedestrians
+    robot_start: tuple[float, float, float]
+    robot_goal: tuple[float, float]
+    on_arrival: OnArrival = "stop"
+    time_limit: float = 30.0
+    replay: Recording | None = None
+    replay_start: int = 0
+
+    def __post_init__(self) -> None:
+        if self.on_arrival not in ON_ARRIVAL:
+            raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
+        if not (np.isfinite(self.time_limit) and self.time_limit > 0.0):
+            raise ValueError(f"time_limit must be positive seconds, got {self.time_limit}")
+        self._check_robot()
+        if self.replay is not None:
+            self._check_replay(self.replay)
+
+    def _check_robot(self) -> None:
+        start, goal = np.asarray(self.robot_start), np.asarray(self.robot_goal)
+        if start.shape != (3,) or goal.shape != (2,):
+            raise ValueError(
+                "robot_start must be (x, y, heading) and robot_goal (x, y), "
+                f"got {self.robot_start} and {self.robot_goal}"
+            )
+        for name, point in (("robot_start", start[:2]), ("robot_goal", goal)):
+            if not (np.isfinite(point).all() and self.map.walkable(point)):
+                raise ValueError(f"{name} must be a walkable point of the map, got {point}")
+
+    def _check_replay(self, replay: Recording) -> None:
+        steps, people = replay.valid.shape
+        if not 0 <= self.replay_start < steps:
+            raise ValueError(f"replay_start must be in 0..{steps - 1}, got {self.replay_start}")
+        if len(self.pedestrians.position) != people:
+            raise ValueError(
+                f"a replay of {people} tracks needs as many pedestrians, "
+                f"got {len(self.pedestrians.position)}"
+            )
