@@ -1,0 +1,25 @@
+"""Recorded crowds, real or simulated: what they are, their store, and readers of public data."""
+
+from crowdsim.recordings.eth_ucy import (
+    ETH_UCY_FOLDS,
+    eth_ucy_fold,
+    find_data,
+    read_eth_ucy,
+    read_obsmat,
+    read_scene,
+)
+from crowdsim.recordings.recording import Picture, Recording
+from crowdsim.recordings.store import read_recordings, write_recordings
+
+__all__ = [
+    "ETH_UCY_FOLDS",
+    "Picture",
+    "Recording",
+    "eth_ucy_fold",
+    "find_data",
+    "read_eth_ucy",
+    "read_obsmat",
+    "read_recordings",
+    "read_scene",
+    "write_recordings",
+]

@@ -1,0 +1,263 @@
+"""Readers of the ETH and UCY crowds: split text files, original annotation, maps, folds.
+
+Sources: Pellegrini et al., ICCV 2009 (ETH); Lerner et al., 2007 (UCY). The folder layout is that of
+the data README: `splits/` with the standard leave-one-out files, `scenes/` with pictures.
+"""
+
+import gzip
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Final, Literal, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from crowdsim.recordings.recording import FRAME_DT, Picture, Recording
+
+Part = Literal["train", "val", "test"]
+ETH_UCY_FOLDS: Final = ("eth", "hotel", "univ", "zara1", "zara2")
+ETH_UCY_SCENES: Final = (
+    "biwi_eth",
+    "biwi_hotel",
+    "crowds_zara01",
+    "crowds_zara02",
+    "crowds_zara03",
+    "students001",
+    "students003",
+    "uni_examples",
+)
+PICTURE_FOLDERS: Final = {"crowds_zara03": "crowds_zara02", "students001": "students003"}
+"""Scenes without a picture of their own, and the scene that shows the same view."""
+GROUND_SCENES: Final = ("crowds_zara02", "crowds_zara03")
+"""Scenes annotated at the head: `H_ground.txt` moves their tracks to the feet."""
+NO_PICTURE: Final = ("uni_examples",)
+
+SPEED_RANGE: Final = (0.1, 3.0)
+"""Mean speeds of a crowd [m/s] that a time step can be believed with."""
+LISTED_SHARE: Final = 0.9
+"""Least share of row distances that must equal the frame step."""
+
+
+def find_data(path: Path | str | None = None) -> Path:
+    """Folder `eth_ucy` of the real data.
+
+    Args:
+        path: That folder or the one above it. None looks at `$CROWDNAV_DATA`, then at
+            `../shared/data` beside the working directory and beside this checkout.
+
+    Raises:
+        FileNotFoundError: It is at none of these places; the message names them.
+    """
+    candidates = _data_candidates() if path is None else [Path(path)]
+    for candidate in candidates:
+        for folder in (candidate, candidate / "eth_ucy"):
+            if (folder / "splits" / "loo.json").is_file():
+                return folder
+    looked = ", ".join(str(candidate) for candidate in candidates)
+    raise FileNotFoundError(
+        "expected the ETH/UCY data (a folder eth_ucy with splits/loo.json), "
+        f"found none at {looked}; name it by --data or $CROWDNAV_DATA"
+    )
+
+
+def _data_candidates() -> list[Path]:
+    if "CROWDNAV_DATA" in os.environ:
+        return [Path(os.environ["CROWDNAV_DATA"])]
+    shared = Path("shared") / "data"
+    return [Path("..") / shared, Path(__file__).resolve().parents[3] / shared]
+
+
+def read_eth_ucy(
+    path: Path | str, *, dt: float = FRAME_DT, picture: Picture | None = None
+) -> Recording:
+    """Read a split text file: tab separated frame, person, x [m], y [m].
+
+    `biwi_eth` of the standard files was resampled: its rows, taken as 0.4 s apart like everybody
+    does, are about 0.67 s apart. `read_obsmat` has the original 0.4 s.
+
+    Args:
+        path: The text file.
+        dt: Time between two consecutive frames [s].
+        picture: Ground picture to attach.
+
+    Raises:
+        FileNotFoundError: There is no such file.
+        ValueError: Not four numeric columns, or a time step that the speeds contradict.
+    """
+    path = Path(path)
+    table = _read_table(path, columns=4)
+    return _recording(path.stem, table[:, :2], table[:, 2:], dt, picture)
+
+
+def read_obsmat(
+    path: Path | str, *, dt: float = FRAME_DT, picture: Picture | None = None
+) -> Recording:
+    """Read an original ETH annotation: frame, person, x, (z), y, vx, (vz), vy; metres.
+
+    Raises:
+        FileNotFoundError: There is no such file.
+        ValueError: Not eight numeric columns, or a time step that the speeds contradict.
+    """
+    path = Path(path)
+    table = _read_table(path, columns=8)
+    return _recording(path.parent.name, table[:, :2], table[:, [2, 4]], dt, picture)
+
+
+def _read_table(path: Path, columns: int) -> NDArray[np.float64]:
+    """The (R, columns) numbers of a plain or gzipped text file."""
+    opener = gzip.open if path.suffix == ".gz" else open
+    with opener(path, "rt", encoding="utf-8") as file:
+        lines = [line for line in file if line.strip()]
+    try:
+        table = np.loadtxt(lines, ndmin=2, dtype=np.float64) if lines else np.empty((0, columns))
+    except ValueError as error:
+        raise ValueError(f"{path}: expected {columns} numbers in every row: {error}") from error
+    if table.shape[1] != columns:
+        raise ValueError(f"{path}: expected {columns} columns, found {table.shape[1]}")
+    if not np.isfinite(table).all():
+        raise ValueError(f"{path}: expected finite numbers, found NaN or infinity")
+    return table
+
+
+def _recording(
+    name: str,
+    frame_and_person: NDArray[np.float64],
+    position: NDArray[np.float64],
+    dt: float,
+    picture: Picture | None,
+) -> Recording:
+    whole = frame_and_person.astype(np.int64)
+    if np.any(whole != frame_and_person):
+        raise ValueError(f"{name}: frame and person must be whole numbers")
+    recording = Recording.from_rows(
+        name, whole[:, 0], whole[:, 1], position, dt=dt, picture=picture
+    )
+    check_rate(recording)
+    return recording
+
+
+def check_rate(recording: Recording) -> None:
+    """Refuse a recording whose `dt` its own frames or speeds contradict.
+
+    Raises:
+        ValueError: Fewer than 9 in 10 rows follow each other by one frame step, or the mean speed
+            over one step is outside 0.1-3 m/s, which no crowd walks.
+    """
+    steps = np.diff(recording.frames)
+    regular = float(np.mean(steps == recording.frame_step)) if len(steps) > 0 else 1.0
+    if regular < LISTED_SHARE:
+        raise ValueError(
+            f"{recording.name}: expected frames {recording.frame_step} apart, "
+            f"found it in only {regular:.0%} of the rows"
+        )
+    speed = recording.mean_speed
+    if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
+        raise ValueError(
+            f"{recording.name}: {recording.frame_step} frames as {recording.dt} s imply a mean "
+            f"speed of {speed:.2f} m/s, expected {SPEED_RANGE[0]}-{SPEED_RANGE[1]} m/s"
+        )
+
+
+def read_scene(root: Path | str | None, scene: str) -> Recording:
+    """One of `ETH_UCY_SCENES` in full, with its picture.
+
+    Args:
+        root: As `find_data`.
+        scene: Name of the scene.
+
+    Raises:
+        FileNotFoundError: The data is not there.
+        ValueError: Unknown scene.
+    """
+    if scene not in ETH_UCY_SCENES:
+        raise ValueError(f"scene must be one of {', '.join(ETH_UCY_SCENES)}, got {scene!r}")
+    folder = find_data(root)
+    path = folder / "splits" / "all" / f"{scene}.txt"
+    return read_eth_ucy(path, picture=scene_picture(folder, scene))
+
+
+def eth_ucy_fold(root: Path | str | None, fold: str, part: str) -> list[Recording]:
+    """Recordings of one part of a leave-one-out fold, each with the picture that fits it.
+
+    Args:
+        root: As `find_data`.
+        fold: One of `ETH_UCY_FOLDS`: the scene that is left out for the test.
+        part: `train`, `val` or `test`.
+
+    Raises:
+        FileNotFoundError: The data is not there.
+        ValueError: Unknown fold or part.
+    """
+    if fold not in ETH_UCY_FOLDS or part not in get_args(Part):
+        raise ValueError(
+            f"fold must be one of {', '.join(ETH_UCY_FOLDS)} and part one of "
+            f"{', '.join(get_args(Part))}, got {fold!r} and {part!r}"
+        )
+    folder = find_data(root)
+    files = json.loads((folder / "splits" / "loo.json").read_text(encoding="utf-8"))[fold][part]
+    return list(_read_parts(folder, files))
+
+
+def _read_parts(folder: Path, files: Iterable[str]) -> Iterable[Recording]:
+    for file in files:
+        path = folder / "splits" / file
+        scene = path.stem.removesuffix("_train").removesuffix("_val")
+        yield replace(read_eth_ucy(path), picture=scene_picture(folder, scene))
+
+
+@lru_cache(maxsize=32)
+def scene_picture(folder: Path, scene: str) -> Picture | None:
+    """Empty view of a scene with the homography that puts its tracks on the ground.
+
+    Args:
+        folder: `find_data`'s answer.
+        scene: One of `ETH_UCY_SCENES`.
+
+    Returns:
+        None for a scene that no picture fits.
+
+    Raises:
+        FileNotFoundError: Picture or homography is missing or damaged.
+    """
+    if scene in NO_PICTURE:
+        return None
+    scenes = folder / "scenes"
+    matrix = "H_ground.txt" if scene in GROUND_SCENES else "H.txt"
+    world_from_pixel = np.loadtxt(scenes / scene / matrix)
+    image = _read_image(scenes / PICTURE_FOLDERS.get(scene, scene) / "background.png")
+    return Picture(
+        cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8), _inverse(world_from_pixel)
+    )
+
+
+def scene_walkable(root: Path | str | None, scene: str) -> NDArray[np.bool_] | None:
+    """(H, W) mask of the ground that people can walk on, pixel for pixel as `scene_picture`.
+
+    Returns:
+        None for a scene that no picture fits.
+
+    Raises:
+        FileNotFoundError: The mask is missing or damaged.
+    """
+    if scene in NO_PICTURE:
+        return None
+    folder = find_data(root) / "scenes" / PICTURE_FOLDERS.get(scene, scene)
+    return np.asarray(_read_image(folder / "walkable.png")[..., 0] > 0)
+
+
+def _inverse(world_from_pixel: NDArray[np.float64]) -> NDArray[np.float64]:
+    inverse = np.linalg.inv(world_from_pixel)
+    return np.asarray(inverse / inverse[2, 2], dtype=np.float64)
+
+
+def _read_image(path: Path) -> NDArray[np.uint8]:
+    """(H, W, 3) BGR picture; `imread` answers None for a missing and for a damaged one."""
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise FileNotFoundError(f"expected a readable picture at {path}")
+    return np.asarray(image, dtype=np.uint8)
