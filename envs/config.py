@@ -1,0 +1,170 @@
+"""What one environment is made of: every keyword of `gymnasium.make`, with units and checks."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+RobotKind = Literal["unicycle", "holonomic"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrowdNavConfig:
+    """Keywords of `gymnasium.make("crowdnav/CrowdNav-v0", ...)`; all of them fit into JSON.
+
+    Attributes:
+        scenario: Name in `crowdsim.scenarios.SCENARIOS`.
+        scenario_parameters: Keywords of that scenario.
+        robot: `unicycle` takes (speed, angular speed), `holonomic` a velocity in its own frame.
+        robot_visible: Whether pedestrians yield to the robot and the forecaster may use it as a
+            neighbor. Bodies collide either way.
+        forecaster: `none`, `constant_velocity`, `iterative_attention` or a checkpoint path.
+        horizon: How far forecasts reach [s]; a whole number of `frame_dt`.
+        pedestrians_observed: K, the number of nearest visible pedestrians in the observation.
+        sensor_range: How far the robot sees people and walls [m].
+        lidar_rays: Number of lidar rays over the full circle.
+        observe_map: Whether the observation holds the map crop.
+        physics_dt: Time of one physics step [s].
+        policy_dt: Time of one environment step [s]; a whole number of `physics_dt`.
+        frame_dt: Time between the frames of histories and forecasts [s]; a whole number of
+            `policy_dt`.
+        history_steps: Number of frames in a history; the last one is now.
+        max_speed: Robot's speed limit [m/s].
+        max_angular_speed: Unicycle's turning limit [rad/s]; the holonomic robot does not turn.
+        max_acceleration: Limit on the change of the robot's velocity [m/s^2].
+        robot_radius: Radius of the robot's disc [m].
+        goal_radius: The goal is reached when the robot's centre is nearer than this [m].
+        time_limit: Time the robot has [s]; `None` takes the scenario's.
+        progress_weight: Reward per metre that the way to the goal has become shorter.
+        goal_weight: Reward for reaching the goal.
+        collision_weight: Reward (negative) for touching a person or a wall.
+        discomfort_distance: Clearance below which people feel uneasy [m].
+        discomfort_weight: Reward (negative) per second at zero clearance, linear up to
+            `discomfort_distance`.
+        predicted_intrusion_weight: Reward (negative) per second for being about to run through
+            the forecast position of a person; see `envs.rewards.predicted_intrusion`.
+        predicted_intrusion_decay: Time after which a predicted intrusion counts 1/e as much [s].
+        time_weight: Reward (negative) per second.
+
+    Raises:
+        ValueError: A value is out of range, or the clocks are not whole multiples of each other.
+    """
+
+    scenario: str = "circular_crossing"
+    scenario_parameters: Mapping[str, Any] = field(default_factory=dict)
+    robot: RobotKind = "unicycle"
+    robot_visible: bool = True
+    forecaster: str = "constant_velocity"
+    horizon: float = 4.8
+    pedestrians_observed: int = 8
+    sensor_range: float = 10.0
+    lidar_rays: int = 64
+    observe_map: bool = False
+    physics_dt: float = 0.05
+    policy_dt: float = 0.2
+    frame_dt: float = 0.4
+    history_steps: int = 8
+    max_speed: float = 1.2
+    max_angular_speed: float = 1.5
+    max_acceleration: float = 2.5
+    robot_radius: float = 0.3
+    goal_radius: float = 0.3
+    time_limit: float | None = None
+    progress_weight: float = 1.0
+    goal_weight: float = 10.0
+    collision_weight: float = -10.0
+    discomfort_distance: float = 0.45
+    discomfort_weight: float = -2.0
+    predicted_intrusion_weight: float = -1.0
+    predicted_intrusion_decay: float = 2.0
+    time_weight: float = -0.1
+
+    def __post_init__(self) -> None:
+        if self.robot not in get_args(RobotKind):
+            raise ValueError(f"robot must be one of {get_args(RobotKind)}, got {self.robot!r}")
+        for name in _POSITIVE:
+            _check_positive(name, getattr(self, name))
+        if self.time_limit is not None:
+            _check_positive("time_limit", self.time_limit)
+        for name in ("pedestrians_observed", "lidar_rays", "history_steps"):
+            _check_count(name, getattr(self, name))
+        for name in _WEIGHTS:
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"{name} must be finite, got {getattr(self, name)!r}")
+        whole_multiple("policy_dt", self.policy_dt, "physics_dt", self.physics_dt)
+        whole_multiple("frame_dt", self.frame_dt, "policy_dt", self.policy_dt)
+        whole_multiple("horizon", self.horizon, "frame_dt", self.frame_dt)
+
+    @property
+    def forecast_steps(self) -> int:
+        """Number of forecast frames F."""
+        return round(self.horizon / self.frame_dt)
+
+    @property
+    def physics_steps(self) -> int:
+        """Number of physics steps in one environment step."""
+        return round(self.policy_dt / self.physics_dt)
+
+    @property
+    def policy_steps_per_frame(self) -> int:
+        """Number of environment steps from one frame to the next."""
+        return round(self.frame_dt / self.policy_dt)
+
+
+_POSITIVE = (
+    "horizon",
+    "sensor_range",
+    "physics_dt",
+    "policy_dt",
+    "frame_dt",
+    "max_speed",
+    "max_angular_speed",
+    "max_acceleration",
+    "robot_radius",
+    "goal_radius",
+    "discomfort_distance",
+    "predicted_intrusion_decay",
+)
+_WEIGHTS = tuple(
+    item.name for item in dataclasses.fields(CrowdNavConfig) if item.name.endswith("_weight")
+)
+
+
+def make_config(**keywords: Any) -> CrowdNavConfig:
+    """Builds the configuration from keywords of `gymnasium.make`.
+
+    Raises:
+        ValueError: An unknown keyword (the message lists the known ones) or a bad value.
+    """
+    known = [item.name for item in dataclasses.fields(CrowdNavConfig)]
+    unknown = sorted(set(keywords) - set(known))
+    if unknown:
+        raise ValueError(f"unknown keyword {', '.join(unknown)}; known are {', '.join(known)}")
+    return CrowdNavConfig(**keywords)
+
+
+def whole_multiple(long_name: str, long: float, short_name: str, short: float) -> int:
+    """Returns how often the clock `short` fits into `long`, both in seconds.
+
+    Raises:
+        ValueError: `long` is not a whole multiple (at least one) of `short`.
+    """
+    steps = round(long / short)
+    if steps < 1 or abs(steps * short - long) > 1e-6 * long:
+        raise ValueError(
+            f"{long_name} must be a whole multiple of {short_name}={short} s, got {long} s"
+        )
+    return steps
+
+
+def _check_positive(name: str, value: float) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{name} must be a positive number, got {value!r}")
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} must be a positive number, got {value!r}")
+
+
+def _check_count(name: str, value: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ValueError(f"{name} must be a positive whole number, got {value!r}")
