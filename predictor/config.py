@@ -1,0 +1,202 @@
+"""Frozen configurations of the model and of its training; free of torch, so that `--help` is fast."""
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal, Self
+
+Variant = Literal["none", "patch"]
+VARIANTS: tuple[Variant, ...] = ("none", "patch")
+ConfigName = Literal["paper", "residual"]
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise ValueError(message)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelConfig:
+    """What the network is and what it sees. The defaults are those of the paper.
+
+    Attributes:
+        variant: Map features: `none`, or `patch` for linear patches of the rotated crop.
+        history_steps: Observed frames, the last one is now.
+        forecast_steps: Frames forecast in one pass.
+        frame_dt: Time between two frames [s].
+        neighbors: Nearest people that the network sees (K).
+        latents: Learned latent vectors (L).
+        width: Size of latents and tokens (C).
+        blocks: Encoder blocks.
+        heads: Attention heads; divides `width`.
+        dropout: Dropout rate in training.
+        time_code: Size of the sinusoidal code of the time step; the rest of `width` is the pose.
+        crop_side: Side of the square map crop [m].
+        crop_px: Side of the crop in pixels.
+        patch_px: Side of one patch in pixels; divides `crop_px`.
+        residual: Goal and path are corrections of constant velocity instead of free positions.
+        path_rows: How the latent rows become a path: `mean` decodes each row and averages (the
+            paper), `flatten` decodes all rows at once.
+
+    Raises:
+        ValueError: A value is out of range.
+    """
+
+    variant: Variant = "none"
+    history_steps: int = 8
+    forecast_steps: int = 12
+    frame_dt: float = 0.4
+    neighbors: int = 8
+    latents: int = 12
+    width: int = 48
+    blocks: int = 4
+    heads: int = 8
+    dropout: float = 0.1
+    time_code: int = 16
+    crop_side: float = 12.0
+    crop_px: int = 64
+    patch_px: int = 16
+    residual: bool = False
+    path_rows: Literal["mean", "flatten"] = "mean"
+
+    def __post_init__(self) -> None:
+        _require(
+            self.variant in VARIANTS, f"variant must be one of {VARIANTS}, got {self.variant!r}"
+        )
+        _require(
+            self.path_rows in ("mean", "flatten"),
+            f"path_rows must be 'mean' or 'flatten', got {self.path_rows!r}",
+        )
+        counts = ("history_steps", "forecast_steps", "neighbors", "latents", "blocks", "crop_px")
+        for name in counts:
+            value = getattr(self, name)
+            _require(1 <= value <= 4096, f"{name} must be in 1..4096, got {value}")
+        for name in ("frame_dt", "crop_side"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0.0, f"{name} must be positive, got {value}")
+        _require(0.0 <= self.dropout < 1.0, f"dropout must be in [0, 1), got {self.dropout}")
+        self._check_divisions()
+
+    def _check_divisions(self) -> None:
+        width, heads, code = self.width, self.heads, self.time_code
+        _require(
+            heads >= 1 and 1 <= width <= 4096 and width % heads == 0,
+            f"heads must divide width, got width {width} and heads {heads}",
+        )
+        _require(width % 4 == 0, f"width must be a multiple of 4, got {width}")
+        _require(
+            code % 2 == 0 and 0 < code < width,
+            f"time_code must be even and in 2..width-2, got {code} for width {width}",
+        )
+        _require(
+            self.patch_px >= 1 and self.crop_px % self.patch_px == 0,
+            f"patch_px must divide crop_px, got {self.patch_px} and {self.crop_px}",
+        )
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Self:
+        """Build from a plain dict, such as the JSON of a checkpoint.
+
+        Raises:
+            ValueError: A key is unknown or a value is out of range.
+        """
+        known = [field.name for field in fields(cls)]
+        unknown = sorted(set(values) - set(known))
+        _require(not unknown, f"unknown model keys {unknown}; known are {known}")
+        return cls(**values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainConfig:
+    """How a model is trained. The defaults are those of the paper.
+
+    Attributes:
+        epochs: Passes over the training windows.
+        batch_size: Windows in one step.
+        schedule: `step` is Adam with the rate cut to a fifth every 30 epochs (the paper);
+            `one_cycle` is AdamW with one cycle up to `learning_rate`.
+        learning_rate: Initial (step) or highest (one cycle) rate.
+        gradient_clip: Largest norm of the gradient.
+        true_goal: The trajectory decoder is given the true goal in training (the paper), instead
+            of the predicted one that it meets in use.
+        mirror: Mirror a window along the heading with probability 1/2.
+        scale: A window is scaled by a factor drawn from [1 - scale, 1 + scale].
+        truncate: Share of scenes whose first frames are hidden, so that the model learns to
+            forecast from 1 to 7 observed frames.
+        stride: Frames between two training windows.
+        seed: Seed of initial weights, order of windows and augmentation.
+
+    Raises:
+        ValueError: A value is out of range.
+    """
+
+    epochs: int = 65
+    batch_size: int = 32
+    schedule: Literal["step", "one_cycle"] = "step"
+    learning_rate: float = 5e-4
+    gradient_clip: float = 1.0
+    true_goal: bool = True
+    mirror: bool = False
+    scale: float = 0.0
+    truncate: float = 0.25
+    stride: int = 1
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("epochs", "batch_size", "stride"):
+            value = getattr(self, name)
+            _require(value >= 1, f"{name} must be at least 1, got {value}")
+        for name in ("learning_rate", "gradient_clip"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0.0, f"{name} must be positive, got {value}")
+        _require(
+            self.schedule in ("step", "one_cycle"),
+            f"schedule must be 'step' or 'one_cycle', got {self.schedule!r}",
+        )
+        _require(0.0 <= self.scale < 1.0, f"scale must be in [0, 1), got {self.scale}")
+        _require(0.0 <= self.truncate <= 1.0, f"truncate must be in [0, 1], got {self.truncate}")
+        _require(self.seed >= 0, f"seed must not be negative, got {self.seed}")
+
+
+PAPER = (ModelConfig(), TrainConfig())
+"""The paper's model and training."""
+
+RESIDUAL = (
+    ModelConfig(residual=True, path_rows="flatten"),
+    TrainConfig(
+        epochs=12,
+        batch_size=256,
+        schedule="one_cycle",
+        learning_rate=2e-3,
+        true_goal=False,
+        mirror=True,
+        scale=0.2,
+    ),
+)
+"""Corrections of constant velocity, trained on the goals that the model itself predicts."""
+
+CONFIGURATIONS: dict[str, tuple[ModelConfig, TrainConfig]] = {"paper": PAPER, "residual": RESIDUAL}
+
+
+def named_configuration(
+    name: str, *, variant: Variant = "none", seed: int = 0, epochs: int | None = None
+) -> tuple[ModelConfig, TrainConfig]:
+    """Look up `paper` or `residual` and set the few things that are chosen anew for each run.
+
+    Args:
+        name: Key of `CONFIGURATIONS`.
+        variant: Map features of the model.
+        seed: Seed of the training.
+        epochs: Number of epochs; None keeps the configuration's own.
+
+    Raises:
+        ValueError: The name is unknown or a value is out of range.
+    """
+    _require(
+        name in CONFIGURATIONS,
+        f"configuration must be one of {sorted(CONFIGURATIONS)}, got {name!r}",
+    )
+    model, training = CONFIGURATIONS[name]
+    training = replace(training, seed=seed)
+    if epochs is not None:
+        training = replace(training, epochs=epochs)
+    return replace(model, variant=variant), training

@@ -1,0 +1,104 @@
+"""What every forecaster offers, and how one is chosen by name."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from predictor.constant_velocity import ConstantVelocityForecaster
+
+FRAME_DT = 0.4
+"""Seconds between two frames of every forecaster that is chosen by name alone."""
+
+BUNDLED_WEIGHTS = Path(__file__).parent / "weights" / "iterative_attention.safetensors"
+"""Weights trained on synthetic crowds; the JSON beside them says how."""
+
+
+class Forecaster(Protocol):
+    """Turns observed tracks into one future path for each person.
+
+    Attributes:
+        name: Name for tables.
+        frame_dt: Time between two frames of history and forecast [s].
+        history_steps: Frames of history that are used (T).
+        forecast_steps: Frames that are forecast (F).
+    """
+
+    name: str
+    frame_dt: float
+    history_steps: int
+    forecast_steps: int
+
+    def forecast(
+        self,
+        history: NDArray[np.float64],
+        valid: NDArray[np.bool_],
+        map_images: Sequence[NDArray[np.uint8] | None] | NDArray[np.uint8] | None = None,
+        pixel_from_world: Sequence[NDArray[np.float64] | None] | NDArray[np.float64] | None = None,
+        select: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.float64]:
+        """Forecast people of W worlds at once; a single world may be given without the W axis.
+
+        Args:
+            history: (W, T, N, 2) positions in the frame of their world [m], T frames `frame_dt`
+                apart; the last one is now. What stands where `valid` is False is never read.
+            valid: (W, T, N) bool, True where the person was seen.
+            map_images: W pictures (H, W, 3) uint8 RGB or None; for a single world just the one.
+            pixel_from_world: W homographies (3, 3), or None where there is no picture.
+            select: (W, N) bool, whom to forecast; default: everyone seen now. The others are
+                neighbors only (the robot may be one more column).
+
+        Returns:
+            (W, F, N, 2) positions in the frame of their world [m], finite everywhere. Who is seen
+            now but not selected stays; who is not seen now is at 0.
+
+        Raises:
+            ValueError: Shapes contradict each other or a valid position is not finite.
+        """
+        ...
+
+
+def steps_of(horizon: float, frame_dt: float = FRAME_DT) -> int:
+    """Number of frames in a horizon [s].
+
+    Raises:
+        ValueError: The horizon is no positive whole multiple of `frame_dt`.
+    """
+    steps = round(horizon / frame_dt) if np.isfinite(horizon) else 0
+    if steps < 1 or abs(steps * frame_dt - horizon) > 1e-6:
+        raise ValueError(f"horizon must be a positive multiple of {frame_dt} s, got {horizon}")
+    return steps
+
+
+def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
+    """Choose a forecaster by name.
+
+    Args:
+        spec: `none`, `constant_velocity`, `iterative_attention` (the bundled weights), or the path
+            of a checkpoint (its `.safetensors` file, or a folder with `best.safetensors`).
+        horizon: How far to forecast [s]; a multiple of 0.4 s.
+
+    Returns:
+        The forecaster, or None for `none`.
+
+    Raises:
+        ValueError: Unknown name, bad horizon, or a damaged checkpoint.
+        FileNotFoundError: The checkpoint is not there.
+    """
+    forecast_steps = steps_of(horizon)
+    if spec == "none":
+        return None
+    if spec == "constant_velocity":
+        return ConstantVelocityForecaster(forecast_steps=forecast_steps)
+    path = BUNDLED_WEIGHTS if spec == "iterative_attention" else Path(spec)
+    if spec != "iterative_attention" and not path.exists():
+        raise ValueError(
+            "forecaster must be 'none', 'constant_velocity', 'iterative_attention' or the path "
+            f"of a checkpoint, got {spec!r}"
+        )
+    # torch is imported only by who needs a network
+    from predictor.iterative_attention import IterativeAttentionForecaster
+
+    return IterativeAttentionForecaster.from_checkpoint(path, forecast_steps=forecast_steps)

@@ -1,0 +1,306 @@
+"""From tracks in the world frame to the network's inputs: the same code trains and serves.
+
+The agent frame has its origin at the agent's last position and +x along its last displacement,
+y to the left. Neighbors and the map crop are seen in it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from predictor.config import ModelConfig
+
+STANDING_EXTENT = 0.1
+"""Who got no further than this away from the last position within the history stands [m]."""
+
+LEAST_DISPLACEMENT = 0.01
+"""A displacement below this has no direction [m]: recordings are rounded to millimetres."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AgentInputs:
+    """What the network is given for B agents. Agent frame, metres, 0 where not valid.
+
+    Attributes:
+        history: (B, T, 2) float32 own positions; the last row is 0, 0.
+        history_valid: (B, T) bool.
+        neighbors: (B, K, T, 2) float32 positions of the K nearest people, nearest first.
+        neighbors_valid: (B, K, T) bool.
+        last_step: (B, 2) float32 last displacement per frame; 0 where seen only once.
+        crop: (B, S, S, 3) uint8 RGB, or None for a model without a map. The agent is a quarter
+            of the side from the left edge, half-way down, and looks to the right.
+        crop_valid: (B,) bool, False where the world has no picture.
+        world_from_agent: (B, 3, 3) float64 homogeneous transform.
+    """
+
+    history: NDArray[np.float32]
+    history_valid: NDArray[np.bool_]
+    neighbors: NDArray[np.float32]
+    neighbors_valid: NDArray[np.bool_]
+    last_step: NDArray[np.float32]
+    crop: NDArray[np.uint8] | None
+    crop_valid: NDArray[np.bool_]
+    world_from_agent: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.history)
+
+    def take(self, rows: NDArray[np.int64]) -> Self:
+        """The inputs of some of the agents."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(self, **{k: None if v is None else v[rows] for k, v in values.items()})
+
+
+def check_tracks(
+    history: NDArray[np.float64], valid: NDArray[np.bool_], select: NDArray[np.bool_] | None
+) -> None:
+    """Check what a forecaster is handed.
+
+    Raises:
+        ValueError: Shapes contradict each other or a valid position is not finite.
+    """
+    if history.ndim not in (3, 4) or history.shape[-1] != 2 or history.shape[-3] < 1:
+        raise ValueError(f"history must be (W, T, N, 2) or (T, N, 2), got {history.shape}")
+    if valid.shape != history.shape[:-1] or valid.dtype != np.bool_:
+        raise ValueError(
+            f"valid must be bool {history.shape[:-1]} like history, got {valid.dtype} {valid.shape}"
+        )
+    people = (*valid.shape[:-2], valid.shape[-1])
+    if select is not None and (select.shape != people or select.dtype != np.bool_):
+        raise ValueError(f"select must be bool {people}, got {select.dtype} {select.shape}")
+    if not np.isfinite(history).all(axis=-1)[valid].all():
+        raise ValueError("history must be finite where valid, got NaN or infinity")
+
+
+def last_step(
+    history: NDArray[np.float64], valid: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Displacement per frame between the last two frames in which each person was seen.
+
+    Args:
+        history: (..., T, N, 2) positions [m]; the last row is now.
+        valid: (..., T, N) bool.
+
+    Returns:
+        (..., N, 2) displacement per frame [m], 0 where it cannot be known, and
+        (..., N) bool, True where it is known: seen now and at least once before.
+    """
+    earlier = valid[..., :-1, :]
+    if earlier.shape[-2] == 0:
+        return np.zeros_like(history[..., -1, :, :]), np.zeros_like(valid[..., -1, :])
+    gap = 1 + np.argmax(earlier[..., ::-1, :], axis=-2)
+    known = valid[..., -1, :] & earlier.any(axis=-2)
+    row = (history.shape[-3] - 1 - gap)[..., None, :, None]
+    previous = np.take_along_axis(history, row, axis=-3)[..., 0, :, :]
+    step = (history[..., -1, :, :] - previous) / gap[..., None]
+    return np.where(known[..., None], step, 0.0), known
+
+
+def agent_direction(history: NDArray[np.float64], valid: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Unit vector along which each person is taken to look: +x of the agent frame.
+
+    Who moves looks along the last displacement. Who stands (or has just stopped dead) looks along
+    the displacement over the whole history, and where that is nothing either, along world +x.
+
+    Args:
+        history: (..., T, N, 2) positions [m], seen now.
+        valid: (..., T, N) bool.
+
+    Returns:
+        (..., N, 2) unit vectors.
+    """
+    step, _ = last_step(history, valid)
+    since = np.where(valid[..., None], history[..., -1:, :, :] - history, 0.0)
+    extent = np.linalg.norm(since, axis=-1).max(axis=-2)
+    first = np.argmax(valid, axis=-2)[..., None, :, None]
+    overall = np.take_along_axis(since, first, axis=-3)[..., 0, :, :]
+    moves = (extent >= STANDING_EXTENT) & (np.linalg.norm(step, axis=-1) >= LEAST_DISPLACEMENT)
+    along = np.where(moves[..., None], step, overall)
+    length = np.linalg.norm(along, axis=-1, keepdims=True)
+    directed = length >= LEAST_DISPLACEMENT
+    return np.where(directed, along / np.where(directed, length, 1.0), np.array([1.0, 0.0]))
+
+
+def build_inputs(
+    history: NDArray[np.float64],
+    valid: NDArray[np.bool_],
+    agents: NDArray[np.int64],
+    map_image: NDArray[np.uint8] | None,
+    pixel_from_world: NDArray[np.float64] | None,
+    config: ModelConfig,
+) -> AgentInputs:
+    """Build the network's inputs for some people of one world.
+
+    Args:
+        history: (T, N, 2) positions in the world frame [m]; the last row is now.
+        valid: (T, N) bool.
+        agents: (B,) columns of the people to forecast, seen now.
+        map_image: (H, W, 3) uint8 RGB picture of the ground, or None.
+        pixel_from_world: (3, 3) homography into the picture, or None.
+        config: What the network sees.
+
+    Raises:
+        ValueError: The history has another number of frames than `config`, or an agent is not
+            seen now.
+    """
+    worlds = np.zeros(len(agents), dtype=np.int64)
+    return build_inputs_of_worlds(
+        history[None], valid[None], worlds, agents, [map_image], [pixel_from_world], config
+    )
+
+
+def build_inputs_of_worlds(
+    history: NDArray[np.float64],
+    valid: NDArray[np.bool_],
+    worlds: NDArray[np.int64],
+    agents: NDArray[np.int64],
+    map_images: Sequence[NDArray[np.uint8] | None],
+    pixel_from_world: Sequence[NDArray[np.float64] | None],
+    config: ModelConfig,
+) -> AgentInputs:
+    """Build the network's inputs for people of several worlds: `build_inputs` for each, at once.
+
+    Args:
+        history: (W, T, N, 2) positions in the frame of each world [m]; the last row is now.
+        valid: (W, T, N) bool.
+        worlds: (B,) world of each agent.
+        agents: (B,) column of each agent in its world, seen now.
+        map_images: W pictures (H, W, 3) uint8 RGB, or None.
+        pixel_from_world: W homographies (3, 3), or None.
+        config: What the network sees.
+
+    Raises:
+        ValueError: The history has another number of frames than `config`, or an agent is not
+            seen now.
+    """
+    if history.shape[1] != config.history_steps:
+        raise ValueError(f"history must have {config.history_steps} frames, got {history.shape[1]}")
+    if not valid[worlds, -1, agents].all():
+        raise ValueError("every agent must be seen in the last frame of the history")
+    own, own_valid = history[worlds, :, agents], valid[worlds, :, agents]  # (B, T, 2), (B, T)
+    others, others_valid = _nearest(history, valid, worlds, agents, config.neighbors)
+    direction = agent_direction(own[:, :, None], own_valid[:, :, None])[:, 0]  # (B, 2)
+    step, _ = last_step(own[:, :, None], own_valid[:, :, None])  # (B, 1, 2)
+    origin = own[:, -1]
+    world_from_agent = _world_from_agent(origin, direction)
+    return AgentInputs(
+        history=_seen_along(own - origin[:, None], direction, own_valid),
+        history_valid=own_valid,
+        neighbors=_seen_along(others - origin[:, None, None], direction, others_valid),
+        neighbors_valid=others_valid,
+        last_step=_seen_along(step, direction, own_valid[:, -1:])[:, 0],
+        crop=crop_maps(map_images, pixel_from_world, worlds, world_from_agent, config),
+        crop_valid=np.array([map_images[world] is not None for world in worlds], dtype=np.bool_),
+        world_from_agent=world_from_agent,
+    )
+
+
+def _nearest(
+    history: NDArray[np.float64],
+    valid: NDArray[np.bool_],
+    worlds: NDArray[np.int64],
+    agents: NDArray[np.int64],
+    neighbors: int,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The K people nearest to each agent now, nearest first: (B, K, T, 2) and (B, K, T)."""
+    count, frames, people = len(agents), history.shape[1], history.shape[2]
+    offset = history[worlds, -1] - history[worlds, -1, agents][:, None]  # (B, N, 2)
+    candidate = valid[worlds, -1]  # (B, N), a copy
+    candidate[np.arange(count), agents] = False
+    distance = np.where(candidate, np.square(offset).sum(axis=-1), np.inf)
+    nearest = np.argsort(distance, axis=1, kind="stable")[:, :neighbors]  # (B, <=K)
+    there = np.take_along_axis(candidate, nearest, axis=1)
+    tracks = np.zeros((count, neighbors, frames, 2))
+    seen = np.zeros((count, neighbors, frames), dtype=np.bool_)
+    found = min(neighbors, people)
+    tracks[:, :found] = history[worlds[:, None], :, nearest]
+    seen[:, :found] = valid[worlds[:, None], :, nearest] & there[:, :, None]
+    return tracks, seen
+
+
+def _seen_along(
+    offset: NDArray[np.float64], direction: NDArray[np.float64], valid: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """Turn (B, ..., 2) world offsets into agent frames that look along (B, 2) directions.
+
+    Written element by element: a matrix product would round differently in different batches.
+    """
+    cos, sin = np.moveaxis(direction.reshape(len(direction), *[1] * (offset.ndim - 2), 2), -1, 0)
+    x, y = offset[..., 0], offset[..., 1]
+    ahead_left = np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
+    return np.where(valid[..., None], ahead_left, 0.0).astype(np.float32)
+
+
+def _world_from_agent(
+    origin: NDArray[np.float64], direction: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    world_from_agent = np.zeros((len(origin), 3, 3))
+    world_from_agent[:, :2, 0] = direction
+    world_from_agent[:, 0, 1], world_from_agent[:, 1, 1] = -direction[:, 1], direction[:, 0]
+    world_from_agent[:, :2, 2] = origin
+    world_from_agent[:, 2, 2] = 1.0
+    return world_from_agent
+
+
+def to_world(
+    points: NDArray[np.floating], world_from_agent: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Take (B, F, 2) points from the agent frames into the frames of their worlds [m]."""
+    axes, origin = world_from_agent[:, :2, :2], world_from_agent[:, None, :2, 2]
+    x, y = points[..., 0, None].astype(np.float64), points[..., 1, None].astype(np.float64)
+    return np.asarray(origin + x * axes[:, None, :, 0] + y * axes[:, None, :, 1])
+
+
+def crop_maps(
+    map_images: Sequence[NDArray[np.uint8] | None],
+    pixel_from_world: Sequence[NDArray[np.float64] | None],
+    worlds: NDArray[np.int64],
+    world_from_agent: NDArray[np.float64],
+    config: ModelConfig,
+) -> NDArray[np.uint8] | None:
+    """Cut out of its world's picture what lies around each agent, turned into the agent frame.
+
+    Args:
+        map_images: W pictures (H, W, 3) uint8 RGB, or None.
+        pixel_from_world: W homographies (3, 3), or None.
+        worlds: (B,) world of each agent.
+        world_from_agent: (B, 3, 3) transforms; they may mirror and scale (augmentation).
+        config: Side of the crop in metres and in pixels.
+
+    Returns:
+        (B, S, S, 3) uint8; black beyond the picture and without one. None for variant `none`.
+    """
+    if config.variant == "none":
+        return None
+    crops = np.zeros((len(worlds), config.crop_px, config.crop_px, 3), dtype=np.uint8)
+    agent_from_crop = _agent_from_crop(config)
+    for row, world in enumerate(worlds):
+        image, homography = map_images[world], pixel_from_world[world]
+        if image is not None and homography is not None:
+            pixel_from_crop = homography @ world_from_agent[row] @ agent_from_crop
+            _warp(image, pixel_from_crop, crops[row])
+    return crops
+
+
+def _agent_from_crop(config: ModelConfig) -> NDArray[np.float64]:
+    """Crop pixel (column, row) to metres in the agent frame; pixel (0, 0) is a pixel's centre."""
+    metres = config.crop_side / config.crop_px
+    left = 0.5 * metres - 0.25 * config.crop_side
+    top = 0.5 * config.crop_side - 0.5 * metres
+    return np.array([[metres, 0.0, left], [0.0, -metres, top], [0.0, 0.0, 1.0]])
+
+
+def _warp(
+    image: NDArray[np.uint8], pixel_from_crop: NDArray[np.float64], crop: NDArray[np.uint8]
+) -> None:
+    """Fill `crop` (S, S, 3) with the pixels that its own correspond to; affine where it suffices."""
+    size, flags = crop.shape[:2], cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    if np.all(pixel_from_crop[2, :2] == 0.0):
+        affine = pixel_from_crop[:2] / pixel_from_crop[2, 2]
+        cv2.warpAffine(image, affine, size, dst=crop, flags=flags)
+    else:
+        cv2.warpPerspective(image, pixel_from_crop, size, dst=crop, flags=flags)
