@@ -1,0 +1,36 @@
+"""Robot policies. They act on observations alone and load without the simulator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from envs.config import CrowdNavConfig
+from envs.policies.mppi import MPPIParameters, MPPIPolicy
+from envs.policies.policy import Observation, Policy
+from envs.policies.straight import StraightPolicy
+
+__all__ = ["MPPIParameters", "MPPIPolicy", "Observation", "Policy", "StraightPolicy", "make_policy"]
+
+
+def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
+    """Makes the policy that `spec` names, for the robot and clocks of `config`.
+
+    Args:
+        spec: `straight`, `mppi`, or the folder of a trained PPO policy.
+        config: Configuration of the environment that the policy will act in.
+
+    Raises:
+        ValueError: `spec` is neither a known name nor such a folder.
+    """
+    if spec == "straight":
+        return StraightPolicy(config)
+    if spec == "mppi":
+        return MPPIPolicy(config)
+    if Path(spec).is_dir():
+        # Torch and Stable-Baselines3 take seconds to import; the other policies need neither.
+        from envs.policies.ppo import PPOPolicy
+
+        return PPOPolicy(Path(spec))
+    raise ValueError(
+        f"unknown policy {spec!r}; known are straight, mppi, or the folder of a trained PPO policy"
+    )

@@ -1,0 +1,274 @@
+"""Rollouts of the robot and what they cost: the numba half of the sampling planner.
+
+Everything is in the robot frame at planning time (origin robot, x ahead, y left), SI units.
+A control is (speed, angular speed) for a unicycle and (velocity x, velocity y) for a holonomic robot.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+BRAKE, STEER = 1, 2
+"""Rows of the sample table that hold no noise: stop now, and head for the target at full speed."""
+
+STEERING_GAIN = 2.0
+"""Angular speed per radian of bearing to the target [1/s]."""
+
+
+class Limits(NamedTuple):
+    """What the robot can do. A tuple, because compiled code takes it whole.
+
+    Attributes:
+        holonomic: Whether the robot moves in any direction; else it is a unicycle.
+        speed: Largest speed [m/s].
+        angular_speed: Largest angular speed [rad/s]; unused when holonomic.
+        acceleration: Largest change of speed (of velocity when holonomic) [m/s^2].
+        radius: Radius of its disc [m].
+        goal_radius: Distance at which the goal counts as reached [m].
+        dt: Duration of a rollout step [s].
+    """
+
+    holonomic: bool
+    speed: float
+    angular_speed: float
+    acceleration: float
+    radius: float
+    goal_radius: float
+    dt: float
+
+
+class Costs(NamedTuple):
+    """Weights of the rollout cost, per second unless said otherwise.
+
+    Attributes:
+        distance: Per metre of way that is left to the goal.
+        terminal: Once, per metre of way that is left at the end of the rollout.
+        contact: While touching a person or a wall.
+        person: While touching the edge of a person; falls as a parabola to zero at `person_margin`.
+        person_margin: Free space around a person that is left alone where possible [m].
+        wall: As `person`, for walls.
+        wall_margin: As `person_margin`, for walls [m].
+        smoothness: Per squared change of the control (in units of its limit) and step.
+        discount: Factor on the costs of people per second ahead, as forecasts grow uncertain.
+    """
+
+    distance: float = 1.0
+    terminal: float = 1.0
+    contact: float = 100.0
+    person: float = 10.0
+    person_margin: float = 0.5
+    wall: float = 5.0
+    wall_margin: float = 0.2
+    smoothness: float = 0.1
+    discount: float = 0.85
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def past(x: float, y: float, waypoint: NDArray[np.float64]) -> bool:
+    """Whether (x, y) lies beyond the waypoint as seen from the origin."""
+    ahead = (x - waypoint[0]) * waypoint[0] + (y - waypoint[1]) * waypoint[1]
+    return bool(ahead > 0.0)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def way_left(x: float, y: float, waypoint: NDArray[np.float64], goal: NDArray[np.float64]) -> float:
+    """Length of the way from (x, y) over the waypoint to the goal, straight once past it [m]."""
+    to_goal = math.hypot(x - goal[0], y - goal[1])
+    if past(x, y, waypoint):
+        return to_goal
+    to_waypoint = math.hypot(x - waypoint[0], y - waypoint[1])
+    return to_waypoint + math.hypot(goal[0] - waypoint[0], goal[1] - waypoint[1])
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def proximity(clearance: float, margin: float, weight: float, contact: float) -> float:
+    """Cost per second of being `clearance` metres away, surface to surface."""
+    if clearance >= margin:
+        return 0.0
+    if clearance < 0.0:
+        return contact + weight
+    share = 1.0 - clearance / margin
+    return weight * share * share
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def people_cost(
+    x: float, y: float, people: NDArray[np.float64], reach: NDArray[np.float64], costs: Costs
+) -> float:
+    """Cost per second of (x, y) with people (K, 2) and sums of radii (K,); NaN rows do not count."""
+    total = 0.0
+    for k in range(len(people)):
+        dx, dy = x - people[k, 0], y - people[k, 1]
+        near = reach[k] + costs.person_margin
+        squared = dx * dx + dy * dy
+        if squared < near * near:
+            clearance = math.sqrt(squared) - reach[k]
+            total += proximity(clearance, costs.person_margin, costs.person, costs.contact)
+    return total
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def wall_cost(x: float, y: float, walls: NDArray[np.float64], radius: float, costs: Costs) -> float:
+    """Cost per second of (x, y) for the nearest of the wall points (P, 2)."""
+    nearest = np.inf
+    for p in range(len(walls)):
+        dx, dy = x - walls[p, 0], y - walls[p, 1]
+        nearest = min(nearest, dx * dx + dy * dy)
+    clearance = math.sqrt(nearest) - radius
+    return proximity(clearance, costs.wall_margin, costs.wall, costs.contact)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def steer(
+    x: float, y: float, heading: float, target: NDArray[np.float64], limits: Limits
+) -> tuple[float, float]:
+    """Control that heads for the target: turn, and drive as far as the bearing is ahead."""
+    dx, dy = target[0] - x, target[1] - y
+    if limits.holonomic:
+        scale = limits.speed / max(math.hypot(dx, dy), 1e-6)
+        return dx * scale, dy * scale
+    along = dx * math.cos(heading) + dy * math.sin(heading)
+    across = dy * math.cos(heading) - dx * math.sin(heading)
+    bearing = math.atan2(across, along)
+    turn = min(max(STEERING_GAIN * bearing, -limits.angular_speed), limits.angular_speed)
+    return limits.speed * max(math.cos(bearing), 0.0), turn
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def feasible(
+    a: float, b: float, last_a: float, last_b: float, limits: Limits
+) -> tuple[float, float]:
+    """The control nearest to (a, b) that the robot can follow after (last_a, last_b)."""
+    change = limits.acceleration * limits.dt
+    if not limits.holonomic:
+        a = min(max(a, last_a - change), last_a + change)
+        b = min(max(b, -limits.angular_speed), limits.angular_speed)
+        return min(max(a, 0.0), limits.speed), b
+    da, db = a - last_a, b - last_b
+    shrink = min(1.0, change / max(math.hypot(da, db), 1e-9))
+    a, b = last_a + da * shrink, last_b + db * shrink
+    shrink = min(1.0, limits.speed / max(math.hypot(a, b), 1e-9))
+    return a * shrink, b * shrink
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def advance(
+    x: float, y: float, heading: float, a: float, b: float, limits: Limits
+) -> tuple[float, float, float]:
+    """Pose after one step under the control (a, b)."""
+    if limits.holonomic:
+        return x + a * limits.dt, y + b * limits.dt, heading
+    middle = heading + 0.5 * b * limits.dt
+    step = a * limits.dt
+    return x + step * math.cos(middle), y + step * math.sin(middle), heading + b * limits.dt
+
+
+class Scene(NamedTuple):
+    """What one robot sees while it plans.
+
+    Attributes:
+        velocity: (2,) control that the robot follows now.
+        waypoint: (2,) point to pass [m].
+        goal: (2,) point to reach [m].
+        people: (H, K, 2) positions at the end of each rollout step, NaN where there is nobody [m].
+        reach: (K,) sums of the radii of robot and person [m].
+        walls: (P, 2) points on walls [m].
+    """
+
+    velocity: NDArray[np.float64]
+    waypoint: NDArray[np.float64]
+    goal: NDArray[np.float64]
+    people: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    walls: NDArray[np.float64]
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def rollout(
+    controls: NDArray[np.float64], steering: bool, scene: Scene, limits: Limits, costs: Costs
+) -> float:
+    """Roll controls (H, 2) out from rest at the origin and return the cost.
+
+    The controls are replaced by what the robot can follow (or, when `steering`, by what heads for
+    the target). The rollout ends where the goal is reached.
+    """
+    x, y, heading, total = 0.0, 0.0, 0.0, 0.0
+    last_a, last_b = scene.velocity[0], scene.velocity[1]
+    unit = limits.speed if limits.holonomic else limits.angular_speed
+    left = way_left(x, y, scene.waypoint, scene.goal)
+    for t in range(len(controls)):
+        a, b = controls[t, 0], controls[t, 1]
+        if steering:
+            target = scene.goal if past(x, y, scene.waypoint) else scene.waypoint
+            a, b = steer(x, y, heading, target, limits)
+        a, b = feasible(a, b, last_a, last_b, limits)
+        controls[t, 0], controls[t, 1] = a, b
+        x, y, heading = advance(x, y, heading, a, b, limits)
+        left = way_left(x, y, scene.waypoint, scene.goal)
+        trust = costs.discount ** ((t + 1) * limits.dt)
+        rate = costs.distance * left + trust * people_cost(
+            x, y, scene.people[t], scene.reach, costs
+        )
+        rate += wall_cost(x, y, scene.walls, limits.radius, costs)
+        jerk = ((a - last_a) / limits.speed) ** 2 + ((b - last_b) / unit) ** 2
+        total += rate * limits.dt + costs.smoothness * jerk
+        last_a, last_b = a, b
+        if math.hypot(x - scene.goal[0], y - scene.goal[1]) < limits.goal_radius:
+            controls[t + 1 :] = controls[t]
+            return total
+    return total + costs.terminal * left
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def improve(
+    nominal: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    scene: Scene,
+    temperature: float,
+    limits: Limits,
+    costs: Costs,
+) -> None:
+    """Replace nominal controls (H, 2) by the mean of sampled ones, weighted by exp(-cost / T).
+
+    Information-theoretic MPPI (Williams et al., "Information Theoretic MPC for Model-Based
+    Reinforcement Learning", ICRA 2017, algorithm 2), without its control cost, and with two
+    rows of the sample table given to braking and steering controllers (Trevisan and Alonso-Mora,
+    "Biased-MPPI", RA-L 2024): the plan cannot get stuck on a bad warm start.
+
+    Args:
+        nominal: (H, 2) controls, changed in place.
+        noise: (S, H, 2) offsets to the nominal controls; row 0 is zero.
+        scene: What the robot sees.
+        temperature: T, in units of cost.
+        limits: What the robot can do.
+        costs: Weights of the rollout cost.
+    """
+    samples = nominal + noise
+    samples[BRAKE] = 0.0
+    totals = np.empty(len(samples))
+    for s in range(len(samples)):
+        totals[s] = rollout(samples[s], s == STEER, scene, limits, costs)
+    weights = np.exp((totals.min() - totals) / temperature)
+    weights /= weights.sum()
+    nominal[:] = 0.0
+    for s in range(len(samples)):
+        nominal += weights[s] * samples[s]
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def wall_points(ranges: NDArray[np.float64], farthest: float) -> NDArray[np.float64]:
+    """Points (P, 2) that lidar rays (R,) hit nearer than `farthest` [m]; ray 0 ahead, CCW."""
+    points = np.empty((len(ranges), 2))
+    count = 0
+    for r in range(len(ranges)):
+        if ranges[r] < farthest:
+            angle = 2.0 * math.pi * r / len(ranges)
+            points[count, 0] = ranges[r] * math.cos(angle)
+            points[count, 1] = ranges[r] * math.sin(angle)
+            count += 1
+    return points[:count]
