@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
@@ -15,7 +16,9 @@ ON_ARRIVAL: tuple[OnArrival, ...] = ("stop", "return", "respawn")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scenario:
-    """Frozen initial conditions of one world; `World` runs them. World metres, headings CCW from +x.
+    """Frozen initial conditions of one world; `World` runs them.
+
+    World metres, headings in radians CCW from +x.
 
     Attributes:
         name: Name in `crowdsim.scenarios.SCENARIOS`, or the user's own.
@@ -23,8 +26,9 @@ class Scenario:
         pedestrians: Initial state and goals of the N people. For a replay there is one row per
             recorded track, in the order of `replay.ids`, and the recorded tracks drive them.
         on_arrival: What a person does at the last waypoint: stand there (`stop`), walk the
-            waypoints backwards to the start (`return`), or appear again at the start as a new
-            person with a new id (`respawn`).
+            waypoints backwards to the start (`return`), or leave and enter again as a new person
+            with a new id (`respawn`).
+        entrances: (N, 2) where each person enters again [m]; None means at the start.
         robot_start: Robot's x, y [m] and heading [rad].
         robot_goal: Robot's goal x, y [m].
         time_limit: Time the robot has [s].
@@ -42,6 +46,7 @@ class Scenario:
     robot_start: tuple[float, float, float]
     robot_goal: tuple[float, float]
     on_arrival: OnArrival = "stop"
+    entrances: NDArray[np.float64] | None = None
     time_limit: float = 30.0
     replay: Recording | None = None
     replay_start: int = 0
@@ -51,6 +56,10 @@ class Scenario:
             raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
         if not (np.isfinite(self.time_limit) and self.time_limit > 0.0):
             raise ValueError(f"time_limit must be positive seconds, got {self.time_limit}")
+        if self.entrances is not None and self.entrances.shape != self.pedestrians.position.shape:
+            raise ValueError(
+                f"entrances must be {self.pedestrians.position.shape}, got {self.entrances.shape}"
+            )
         self._check_robot()
         if self.replay is not None:
             self._check_replay(self.replay)

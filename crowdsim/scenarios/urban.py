@@ -1,0 +1,136 @@
+"""A street with buildings, pavements, a crosswalk, lawns and trees, and people who cross it."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crowdsim.pedestrians import Pedestrians
+from crowdsim.scenario import Scenario
+from crowdsim.scenarios.placement import place, require_count
+from crowdsim.scenarios.street import DEPTH, LENGTH, Street, street
+
+LAYOUTS: Final = 100_000
+"""Number of different streets."""
+LANE: Final = 1.0
+"""People walk within this distance of the middle of a pavement [m], if it is wide enough."""
+TREE_STRIP: Final = 1.1
+"""Strip along the kerb that a tree may take [m]."""
+END: Final = 0.6
+"""People enter and leave this far inside the street's ends [m]."""
+WAYPOINTS: Final = 5
+"""Alley mouth, kerb, kerb, alley mouth, goal; unused ones repeat the next."""
+
+Gate = tuple[int, float, bool]
+"""Where people come from and go to: side of the road (-1, 1), plan x, whether it is an alley."""
+
+
+def urban_crossing(
+    rng: np.random.Generator, *, pedestrians: int = 24, layout: int | None = None
+) -> Scenario:
+    """The robot crosses a street with the people: along a pavement, over the crosswalk, and on.
+
+    People walk between the ends of both pavements and the alleys between the buildings, and use
+    the crosswalk where their way leads over the road. Who arrives enters again as a new person.
+
+    Args:
+        rng: Source of all draws.
+        pedestrians: Number of people, 0 to 100.
+        layout: Which street, 0 to 99,999; drawn if None. Streets differ in all widths, setbacks,
+            lawns, trees, alleys, and are mirrored and turned by multiples of 90 degrees.
+
+    Raises:
+        ValueError: A parameter is out of range, or the street is too small for the people.
+    """
+    require_count("pedestrians", pedestrians, 0, 100)
+    if layout is None:
+        layout = int(rng.integers(LAYOUTS))
+    require_count("layout", layout, 0, LAYOUTS - 1)
+    plan = street(layout)
+    routes = np.array([_draw_route(rng, plan) for _ in range(pedestrians)])
+    routes = routes.reshape(-1, WAYPOINTS + 1, 2)
+    robot_start, robot_goal = _robot_task(rng, plan)
+
+    def draw(index: int) -> NDArray[np.float64]:
+        """A place on the first stretch of the way, so that nobody misses a waypoint."""
+        origin, first = routes[index, :2]
+        return np.asarray(origin + rng.uniform(0.0, 0.9) * (first - origin))
+
+    start = place(pedestrians, draw, keep_away=[robot_start])
+    to_world = plan.world_from_plan.T
+    turned = routes @ to_world
+    ahead = (robot_goal - robot_start) @ to_world
+    return Scenario(
+        name="urban_crossing",
+        map=plan.map,
+        pedestrians=Pedestrians.draw(rng, position=start @ to_world, waypoints=turned[:, 1:]),
+        on_arrival="respawn",
+        entrances=turned[:, 0],
+        robot_start=(*(robot_start @ to_world).tolist(), float(np.arctan2(ahead[1], ahead[0]))),
+        robot_goal=tuple((robot_goal @ to_world).tolist()),
+        time_limit=45.0,
+    )
+
+
+def _robot_task(
+    rng: np.random.Generator, plan: Street
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Start and goal in the plan: on opposite pavements, on either side of the crosswalk."""
+    side = int(rng.choice([-1, 1]))
+    along = float(rng.choice([-1.0, 1.0]))
+    middle = plan.crosswalk[0]
+    start = np.array([middle - along * rng.uniform(4.0, 8.0), plan.pavement_middle(side)])
+    goal = np.array([middle + along * rng.uniform(3.0, 7.0), plan.pavement_middle(-side)])
+    return start, goal
+
+
+def _draw_route(rng: np.random.Generator, plan: Street) -> NDArray[np.float64]:
+    """Origin and `WAYPOINTS` waypoints (1 + G, 2) in the plan."""
+    gates = _gates(plan)
+    first, second = rng.choice(len(gates), 2, replace=False)
+    origin, goal = gates[first], gates[second]
+    lane = rng.uniform(-1.0, 1.0)
+    points = [_gate_point(plan, origin, lane)]
+    if origin[2]:
+        points.append(_on_pavement(plan, origin[0], origin[1], lane))
+    if origin[0] != goal[0]:
+        points += _crossing(rng, plan, origin[0])
+    if goal[2]:
+        points.append(_on_pavement(plan, goal[0], goal[1], lane))
+    end = _gate_point(plan, goal, lane)
+    return np.array(points + [end] * (WAYPOINTS + 1 - len(points)))
+
+
+def _gates(plan: Street) -> list[Gate]:
+    end = 0.5 * LENGTH - END
+    pavements: list[Gate] = [(side, x, False) for side in (-1, 1) for x in (-end, end)]
+    return pavements + [(side, x, True) for side, x in plan.alleys]
+
+
+def _gate_point(plan: Street, gate: Gate, lane: float) -> NDArray[np.float64]:
+    side, x, is_alley = gate
+    if not is_alley:
+        return _on_pavement(plan, side, x, lane)
+    back = plan.road_half + plan.pavement[max(side, 0)] + DEPTH - END
+    return np.array([x + 0.4 * lane, side * back])
+
+
+def _on_pavement(plan: Street, side: int, x: float, lane: float) -> NDArray[np.float64]:
+    """The point at x of a lane in -1..1, clear of the kerb's trees and of the buildings."""
+    near = _kerb(plan)
+    far = plan.road_half + plan.pavement[max(side, 0)] - 0.5
+    middle, half = 0.5 * (near + far), min(0.5 * (far - near), LANE)
+    return np.array([x, side * (middle + lane * half)])
+
+
+def _kerb(plan: Street) -> float:
+    """Plan y at which people turn to the road: clear of the trees that stand along the kerb [m]."""
+    return plan.road_half + TREE_STRIP + 0.3
+
+
+def _crossing(rng: np.random.Generator, plan: Street, side: int) -> list[NDArray[np.float64]]:
+    """The two ends of a way over the crosswalk, starting from one side."""
+    middle, width = plan.crosswalk
+    kerb = _kerb(plan)
+    here, there = middle + (0.5 * width - 0.5) * rng.uniform(-1.0, 1.0, 2)
+    return [np.array([here, side * kerb]), np.array([there, -side * kerb])]
