@@ -1,0 +1,139 @@
+"""Distance to the nearest wall on a grid, exact at the grid points, sampled in constant time."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from crowdsim.map import Map
+
+FloatArray = NDArray[np.float64]
+
+MARGIN = 1.0
+"""How far the grid reaches beyond the map and its walls [m]; farther out nothing is felt."""
+
+
+class DistanceField:
+    """Distance to, and direction away from, the nearest of a set of segments.
+
+    Both are computed exactly at the grid points and interpolated bilinearly between them. (A
+    distance transform of a rasterized map would err by 9 to 17 % of a wall's force.)
+
+    Attributes:
+        grid: `(H, W, 3)` distance [m] and unit direction away (x, y) at each grid point.
+        origin: `(2,)` world position of `grid[0, 0]` [m].
+        cell: spacing of the grid points [m].
+    """
+
+    def __init__(
+        self, segments: FloatArray, bounds: tuple[float, float, float, float], cell: float = 0.1
+    ) -> None:
+        """Compute the field of segments `(S, 2, 2)` [m] over bounds, walls and a margin.
+
+        Raises:
+            ValueError: if the cell is not positive.
+        """
+        if not cell > 0:
+            raise ValueError(f"cell: expected > 0 m, found {cell}")
+        ends = segments.reshape(-1, 2)
+        low = np.min([bounds[:2], *ends], axis=0) - MARGIN
+        high = np.max([bounds[2:], *ends], axis=0) + MARGIN
+        columns, rows = np.ceil((high - low) / cell).astype(int) + 1
+        self.cell = float(cell)
+        self.origin: FloatArray = low
+        if len(segments) == 0:
+            rows = columns = 0
+        self.grid: FloatArray = np.empty((rows, columns, 3))
+        _fill(self.grid, self.origin, self.cell, np.ascontiguousarray(segments))
+
+    def distance(self, points: ArrayLike) -> FloatArray:
+        """Distance to the nearest segment `(...,)` [m] at points `(..., 2)`; inf off the grid."""
+        return np.asarray(self._sample(points)[..., 0])
+
+    def direction(self, points: ArrayLike) -> FloatArray:
+        """Direction away from the nearest segment `(..., 2)`; shorter than 1 between walls."""
+        return np.asarray(self._sample(points)[..., 1:])
+
+    def _sample(self, points: ArrayLike) -> FloatArray:
+        points = np.asarray(points, dtype=np.float64)
+        samples = np.empty((points[..., 0].size, 3))
+        for index, (x, y) in enumerate(points.reshape(-1, 2)):
+            samples[index] = sample(self.grid, self.origin, self.cell, x, y)
+        return samples.reshape(*points.shape[:-1], 3)
+
+
+@lru_cache(maxsize=64)
+def distance_field(world_map: Map) -> DistanceField:
+    """Give the field of a map's segments; computed once per map object."""
+    return DistanceField(world_map.segments, world_map.bounds)
+
+
+@njit(cache=True)
+def sample(
+    grid: FloatArray, origin: FloatArray, cell: float, x: float, y: float
+) -> tuple[float, float, float]:
+    """Distance [m] and direction away (x, y) at a point, bilinear; (inf, 0, 0) off the grid."""
+    rows, columns, _ = grid.shape
+    u = (x - origin[0]) / cell
+    v = (y - origin[1]) / cell
+    if not (0 <= u < columns - 1 and 0 <= v < rows - 1):
+        return np.inf, 0.0, 0.0
+    column, row = int(u), int(v)
+    a, b = u - column, v - row
+    low = grid[row, column], grid[row, column + 1]
+    high = grid[row + 1, column], grid[row + 1, column + 1]
+    distance = _mix(low[0][0], low[1][0], high[0][0], high[1][0], a, b)
+    away_x = _mix(low[0][1], low[1][1], high[0][1], high[1][1], a, b)
+    away_y = _mix(low[0][2], low[1][2], high[0][2], high[1][2], a, b)
+    return distance, away_x, away_y
+
+
+@njit(cache=True)
+def distance_to_segment(x: float, y: float, segment: FloatArray) -> tuple[float, float, float]:
+    """Exact distance [m] and the vector (x, y) from the nearest point of a segment `(2, 2)`."""
+    ax, ay = segment[0, 0], segment[0, 1]
+    bx, by = segment[1, 0] - ax, segment[1, 1] - ay
+    squared = bx * bx + by * by
+    t = 0.0
+    if squared > 0:
+        t = min(1.0, max(0.0, ((x - ax) * bx + (y - ay) * by) / squared))
+    dx, dy = x - ax - t * bx, y - ay - t * by
+    return np.hypot(dx, dy), dx, dy
+
+
+@njit(cache=True)
+def distance_to_segments(x: float, y: float, segments: FloatArray) -> float:
+    """Exact distance [m] to the nearest of the segments `(S, 2, 2)`; inf when there is none."""
+    nearest = np.inf
+    for index in range(segments.shape[0]):
+        nearest = min(nearest, distance_to_segment(x, y, segments[index])[0])
+    return nearest
+
+
+@njit(cache=True)
+def _mix(ll: float, lr: float, ul: float, ur: float, a: float, b: float) -> float:
+    return (ll * (1 - a) + lr * a) * (1 - b) + (ul * (1 - a) + ur * a) * b
+
+
+@njit(cache=True)
+def _fill(grid: FloatArray, origin: FloatArray, cell: float, segments: FloatArray) -> None:
+    rows, columns, _ = grid.shape
+    for row in range(rows):
+        y = origin[1] + row * cell
+        for column in range(columns):
+            grid[row, column] = _nearest(origin[0] + column * cell, y, segments)
+
+
+@njit(cache=True)
+def _nearest(x: float, y: float, segments: FloatArray) -> tuple[float, float, float]:
+    nearest, away_x, away_y = np.inf, 0.0, 0.0
+    for index in range(segments.shape[0]):
+        distance, dx, dy = distance_to_segment(x, y, segments[index])
+        if distance < nearest:
+            nearest, away_x, away_y = distance, dx, dy
+    if nearest > 0:
+        away_x, away_y = away_x / nearest, away_y / nearest
+    return nearest, away_x, away_y
