@@ -1,0 +1,121 @@
+"""What an evaluation found, one sentence each, inconclusive ones included."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from envs.metric_table import METRICS, Metric, aggregate_name
+from envs.summary import ALL_SCENARIOS
+
+COMPARED = (
+    "collision_pedestrian",
+    "time_to_goal_penalized",
+    "intrusion_ratio@4.8",
+    "clearance_min",
+    "pedestrian_delay",
+)
+"""Columns that a second sentence per arm looks at, besides success."""
+
+
+def findings(summary: Mapping[str, Any]) -> list[str]:
+    """Sentences with numbers, intervals and counts from `envs.summary.summarize`.
+
+    Per arm: its success against the reference, then which other differences are conclusive; at
+    last how far the forecasts were off in the closed loop.
+    """
+    scenarios = summary["scenarios"]
+    group = (
+        scenarios[ALL_SCENARIOS] if ALL_SCENARIOS in scenarios else next(iter(scenarios.values()))
+    )
+    reference = summary["reference"]
+    sentences = [_reference_sentence(reference, group)]
+    for arm, differences in group["differences"].items():
+        sentences.append(_success_sentence(arm, reference, group, differences))
+        sentences.append(_other_sentence(arm, reference, differences))
+    return sentences + _forecast_sentences(group)
+
+
+def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
+    success = group["arms"][reference]["metrics"]["success"]
+    collisions = group["arms"][reference]["metrics"]["collision_pedestrian"]
+    return (
+        f"The reference {reference} reached its goal in {share(success)} of {success['n']} "
+        f"episodes and ended in contact with a pedestrian in {share(collisions)}."
+    )
+
+
+def _success_sentence(
+    arm: str, reference: str, group: Mapping[str, Any], differences: Mapping[str, Any]
+) -> str:
+    success, difference = group["arms"][arm]["metrics"]["success"], differences["success"]
+    return (
+        f"{arm} reached its goal in {share(success)}: "
+        f"{difference_text(difference, METRICS['success'])} against {reference} over "
+        f"{difference['n']} paired episodes, {_verdict_words(difference['verdict'])}."
+    )
+
+
+def _other_sentence(arm: str, reference: str, differences: Mapping[str, Any]) -> str:
+    keys = [key for key in COMPARED if differences[aggregate_name(key)]["mean"] is not None]
+    conclusive, open_ = [], []
+    for key in keys:
+        difference = differences[aggregate_name(key)]
+        if difference["verdict"] == "inconclusive":
+            open_.append(METRICS[key].label)
+        else:
+            text = difference_text(difference, METRICS[key])
+            conclusive.append(f"{METRICS[key].label} {difference['verdict']} ({text})")
+    parts = []
+    if conclusive:
+        parts.append("; ".join(conclusive))
+    if open_:
+        parts.append(f"inconclusive in {_listed(open_)}")
+    return f"{arm} against {reference} otherwise: {'; '.join(parts)}."
+
+
+def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
+    errors = {
+        arm: entry["metrics"]["forecast_fde"]
+        for arm, entry in group["arms"].items()
+        if entry["metrics"]["forecast_fde"]["mean"] is not None
+    }
+    if not errors:
+        return []
+    listed = _listed(
+        [f"{arm} {number(error, METRICS['forecast_fde'])}" for arm, error in errors.items()]
+    )
+    return [f"Closed-loop error at the end of the forecast horizon (FDE): {listed}."]
+
+
+def share(entry: Mapping[str, Any]) -> str:
+    """A proportion with its interval in percent."""
+    return f"{entry['mean']:.0%} (95 % interval {entry['low']:.0%} to {entry['high']:.0%})"
+
+
+def number(entry: Mapping[str, Any], metric: Metric) -> str:
+    """A mean with its interval and unit."""
+    unit = f" {metric.unit}" if metric.unit else ""
+    return f"{entry['mean']:.2f}{unit}{_interval_text(entry, 1.0, '.2f')}"
+
+
+def difference_text(entry: Mapping[str, Any], metric: Metric) -> str:
+    """A signed difference with its interval; proportions in percentage points."""
+    if metric.kind == "share":
+        return f"{100 * entry['mean']:+.1f} points{_interval_text(entry, 100.0, '+.1f')}"
+    unit = f" {metric.unit}" if metric.unit else ""
+    return f"{entry['mean']:+.2f}{unit}{_interval_text(entry, 1.0, '+.2f')}"
+
+
+def _interval_text(entry: Mapping[str, Any], factor: float, style: str) -> str:
+    """Bracketed interval, or a word on why there is none."""
+    if entry["low"] is None:
+        return " (too few episodes for an interval)"
+    return f" (95 % interval {factor * entry['low']:{style}} to {factor * entry['high']:{style}})"
+
+
+def _verdict_words(verdict: str) -> str:
+    return "inconclusive" if verdict == "inconclusive" else f"which is {verdict}"
+
+
+def _listed(items: list[str]) -> str:
+    """The items with commas and a last `and`."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"

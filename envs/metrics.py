@@ -1,0 +1,313 @@
+"""What one episode was like: the navigation metrics of social robotics, from its trace.
+
+Every function takes a `Trace` (rows at `trace.dt`, row 0 is the reset) and answers for that episode
+alone; SI units, distances surface to surface unless said otherwise. NaN means that the quantity
+does not exist in this episode (no pedestrian, no success, no twin run), never that it is zero.
+`METRICS` names, defines and sources each key of `navigation_metrics`.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crowdsim.wayfinding import geodesic_field
+from envs.trace import Trace, TwinTrace
+
+Value: TypeAlias = bool | int | float | str | None
+Floats: TypeAlias = NDArray[np.float64]
+
+COLLISION_COURSE_LIMIT = 10.0
+"""A time to collision is looked for this far ahead [s]; none found counts as this much."""
+
+STALLED_SPEED = 0.05
+"""Below this speed [m/s] the robot stands."""
+
+PROGRESS_WINDOW, PROGRESS_NEEDED = 5.0, 0.5
+"""A robot that gets less than 0.5 m nearer to its goal in 5 s fails to progress."""
+
+ZONES = {"intimate": 0.45, "personal": 1.2, "social": 3.6}
+"""Outer radius [m] of the zones around a person (Hall 1966)."""
+
+INTRUSION_HORIZONS = (1.2, 4.8)
+"""How far ahead [s] people's true paths are looked at for `intrusion_ratio@H`."""
+
+DELAY_WINDOW, DELAY_TOLERANCE = 10.0, 0.05
+"""A person's delay is looked for within 10 s, among twin positions equally near to 0.05 m."""
+
+
+def navigation_metrics(trace: Trace, twin: TwinTrace | None = None) -> dict[str, Value]:
+    """All metrics of one episode, by the keys of `METRICS`.
+
+    Args:
+        trace: What happened.
+        twin: The same people without the robot; None where there is no such run (a replay, whose
+            people cannot react), which leaves the two pedestrian effects missing.
+    """
+    metrics: dict[str, Value] = {}
+    metrics |= outcome(trace)
+    metrics |= path_quality(trace)
+    metrics |= motion(trace)
+    metrics |= proximity(trace)
+    for horizon in INTRUSION_HORIZONS:
+        metrics |= intrusion(trace, horizon)
+    metrics |= progress(trace)
+    metrics["social_work"] = social_work(trace)
+    metrics["pedestrian_delay"] = np.nan if twin is None else pedestrian_delay(trace, twin)
+    metrics["pedestrian_displacement"] = (
+        np.nan if twin is None else pedestrian_displacement(trace, twin)
+    )
+    return metrics | forecast_errors(trace)
+
+
+def outcome(trace: Trace) -> dict[str, Value]:
+    """How the episode ended, and when; a failure is charged the whole time limit."""
+    success = trace.termination_reason == "goal"
+    seconds = float(trace.duration)
+    return {
+        "success": success,
+        "collision_pedestrian": trace.termination_reason == "collision_pedestrian",
+        "collision_wall": trace.termination_reason == "collision_wall",
+        "timeout": trace.termination_reason == "timeout",
+        "collision_role": trace.collision_role,
+        "time_to_goal": seconds if success else np.nan,
+        "time_to_goal_penalized": seconds if success else float(trace.time_limit),
+    }
+
+
+def path_quality(trace: Trace) -> dict[str, Value]:
+    """Length and turning of the robot's path against the shortest one on the map."""
+    length = float(np.linalg.norm(np.diff(trace.robot_position, axis=0), axis=1).sum())
+    shortest = trace.shortest_path_length
+    success = trace.termination_reason == "goal"
+    turned = float(np.abs(_wrapped(np.diff(trace.robot_heading))).sum())
+    unnecessary = max(0.0, turned - shortest_path_turning(trace))
+    return {
+        "path_length": length,
+        "spl": shortest / max(length, shortest, 1e-9) if success else 0.0,
+        "path_irregularity": unnecessary / length if length > 0.1 else np.nan,
+        "cumulative_heading_change": turned,
+    }
+
+
+def shortest_path_turning(trace: Trace, spacing: float = 0.5) -> float:
+    """Rotation that the shortest path asks for from the robot's first heading [rad]."""
+    start = trace.robot_position[0]
+    path = geodesic_field(trace.scenario.map, trace.robot_goal).path(start, spacing)
+    legs = np.diff(path, axis=0)
+    bearings = np.arctan2(legs[:, 1], legs[:, 0])[np.linalg.norm(legs, axis=1) > 1e-6]
+    turns = np.diff(bearings, prepend=trace.robot_heading[0])
+    return float(np.abs(_wrapped(turns)).sum())
+
+
+def motion(trace: Trace) -> dict[str, Value]:
+    """Mean and maximum of the robot's speed, acceleration and jerk (norms, finite differences)."""
+    acceleration = np.diff(trace.robot_velocity, axis=0) / trace.dt
+    jerk = np.diff(acceleration, axis=0) / trace.dt
+    metrics: dict[str, Value] = {}
+    for name, vectors in (
+        ("speed", trace.robot_velocity),
+        ("acceleration", acceleration),
+        ("jerk", jerk),
+    ):
+        norms = np.linalg.norm(vectors, axis=1)
+        metrics[f"{name}_mean"] = float(norms.mean()) if len(norms) else np.nan
+        metrics[f"{name}_max"] = float(norms.max()) if len(norms) else np.nan
+    return metrics
+
+
+def proximity(trace: Trace) -> dict[str, Value]:
+    """Distances to people and walls, and shares of time in each zone around people."""
+    people = trace.clearance_pedestrian
+    walls = trace.clearance_wall
+    shares: dict[str, Value] = {
+        f"{zone}_zone_share": float((people < radius).mean()) for zone, radius in ZONES.items()
+    }
+    return {
+        "clearance_min": _finite(people.min()),
+        "clearance_mean": _mean_of_finite(people),
+        "wall_clearance_min": _finite(walls.min()),
+        "wall_clearance_mean": _mean_of_finite(walls),
+        "time_to_collision_min": float(time_to_collision(trace).min()),
+        "space_compliance_0.5": float((people > 0.5).mean()),
+        **shares,
+    }
+
+
+def time_to_collision(trace: Trace) -> Floats:
+    """(T,) time until the first contact if everybody kept their velocity [s].
+
+    Both radii count: contact is where the centres are the sum of radii apart. 0 in contact,
+    `COLLISION_COURSE_LIMIT` where nobody is on a collision course within that time.
+    """
+    offset = trace.position - trace.robot_position[:, None]
+    approach = trace.velocity - trace.robot_velocity[:, None]
+    reach = trace.radius + trace.robot_radius
+    a = (approach**2).sum(-1)
+    b = (offset * approach).sum(-1)
+    c = (offset**2).sum(-1) - reach**2
+    discriminant = b**2 - a * c
+    meets = (discriminant >= 0) & (b < 0) & (a > 1e-12)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        seconds = (-b - np.sqrt(np.maximum(discriminant, 0))) / a
+    seconds = np.where(meets, seconds, COLLISION_COURSE_LIMIT)
+    seconds = np.where(c <= 0, 0.0, seconds)
+    seconds = np.where(trace.valid, seconds, COLLISION_COURSE_LIMIT)
+    return np.minimum(seconds, COLLISION_COURSE_LIMIT).min(axis=1, initial=COLLISION_COURSE_LIMIT)
+
+
+def intrusion(trace: Trace, horizon: float) -> dict[str, Value]:
+    """Whether the robot stands in the way that people are about to walk (Liu et al. 2023).
+
+    A step intrudes where the robot, now, touches the strip that any pedestrian truly sweeps over
+    the next `horizon` seconds. Near the end of the episode only the recorded part is known.
+
+    Args:
+        trace: What happened.
+        horizon: How far ahead the true paths are followed [s].
+
+    Returns:
+        `intrusion_ratio@H`, the share of intruding steps, and `social_distance@H`, the mean
+        clearance to the nearest pedestrian during them [m] (NaN without any).
+    """
+    inside = distance_to_true_paths(trace, horizon) < trace.robot_radius
+    return {
+        f"intrusion_ratio@{horizon:g}": float(inside.mean()),
+        f"social_distance@{horizon:g}": _mean_of_finite(trace.clearance_pedestrian[inside]),
+    }
+
+
+def distance_to_true_paths(trace: Trace, horizon: float) -> Floats:
+    """(T,) from the robot's centre to the nearest strip a pedestrian is about to sweep [m].
+
+    Negative inside a strip's core; `inf` where nobody is there.
+    """
+    position, same = trace.position, trace.valid.copy()
+    steps = len(position)
+    nearest = np.linalg.norm(position - trace.robot_position[:, None], axis=-1)
+    nearest = np.where(same, nearest, np.inf)
+    for k in range(1, min(round(horizon / trace.dt), steps - 1) + 1):
+        now, later, before = slice(0, steps - k), slice(k, steps), slice(k - 1, steps - 1)
+        same = same[now] & trace.valid[later] & (trace.ids[now] == trace.ids[later])
+        distance = _distance_to_segments(
+            trace.robot_position[now, None], position[before], position[later]
+        )
+        nearest[now] = np.where(same, np.minimum(nearest[now], distance), nearest[now])
+    return (nearest - trace.radius).min(axis=1, initial=np.inf)
+
+
+def progress(trace: Trace) -> dict[str, Value]:
+    """Time spent standing [s], and the number of 5 s windows without progress to the goal."""
+    speed = np.linalg.norm(np.diff(trace.robot_position, axis=0), axis=1) / trace.dt
+    field = geodesic_field(trace.scenario.map, trace.robot_goal)
+    remaining = field.distance(trace.robot_position[:: round(PROGRESS_WINDOW / trace.dt)])
+    gained = remaining[:-1] - remaining[1:]
+    return {
+        "stalled_time": float((speed < STALLED_SPEED).sum() * trace.dt),
+        "failure_to_progress": int((gained < PROGRESS_NEEDED).sum()),
+    }
+
+
+def social_work(trace: Trace) -> float:
+    """Social forces on the robot and by the robot on people, over the whole episode [m/s]."""
+    return float(trace.social_work.sum())
+
+
+def pedestrian_displacement(trace: Trace, twin: TwinTrace) -> float:
+    """Mean distance of people from where they would be without the robot, over all steps [m]."""
+    steps = min(len(trace.position), len(twin.position))
+    both = trace.valid[:steps] & twin.valid[:steps] & (trace.ids[:steps] == twin.ids[:steps])
+    moved = np.linalg.norm(trace.position[:steps] - twin.position[:steps], axis=-1)
+    return _mean_of_finite(moved[both])
+
+
+def pedestrian_delay(trace: Trace, twin: TwinTrace) -> float:
+    """Mean time by which people are late on their own undisturbed paths at the end [s].
+
+    Each person's last position is looked up on the path walked in the twin run; the difference of
+    the two times is the delay, negative for somebody who gained.
+    """
+    end = len(trace.position) - 1
+    reach = round(DELAY_WINDOW / trace.dt)
+    rows = np.arange(max(0, end - reach), min(len(twin.position), end + reach + 1))
+    distance = np.linalg.norm(twin.position[rows] - trace.position[end], axis=-1)
+    known = twin.valid[rows] & (twin.ids[rows] == trace.ids[end]) & trace.valid[end]
+    distance = np.where(known, distance, np.inf)
+    # People who stand are equally near to many rows; of those the one nearest in time counts.
+    near = distance <= distance.min(axis=0) + DELAY_TOLERANCE
+    late = end - rows
+    candidates = np.where(near & known, np.abs(late)[:, None], len(trace.position) + reach)
+    chosen = late[candidates.argmin(axis=0)] * trace.dt
+    return _mean_of_finite(chosen[known.any(axis=0)])
+
+
+def forecast_errors(trace: Trace) -> dict[str, Value]:
+    """Error of the forecasts the robot saw against what people then did, in the closed loop.
+
+    Only forecasts whose whole horizon lies within the episode count, for people who stayed.
+
+    Returns:
+        `forecast_ade`, `forecast_fde` [m], `forecast_count` of (step, pedestrian) pairs behind
+        them, and `forecast_ms`, the mean wall time per step [ms].
+    """
+    errors = forecast_step_errors(trace)
+    count = len(errors)
+    return {
+        "forecast_ade": float(errors.mean()) if count else np.nan,
+        "forecast_fde": float(errors[:, -1].mean()) if count else np.nan,
+        "forecast_count": count,
+        "forecast_ms": _mean_of_finite(trace.forecast_seconds) * 1e3,
+    }
+
+
+def forecast_step_errors(trace: Trace) -> Floats:
+    """(E, F) distance from each fully observed forecast to the truth, per forecast step [m]."""
+    if trace.forecast is None or trace.forecast_ids is None:
+        return np.empty((0, 0))
+    stride = round(trace.frame_dt / trace.dt)
+    forecast_steps = trace.forecast.shape[2]
+    steps = len(trace.position) - stride * forecast_steps
+    if steps <= 0:
+        return np.empty((0, forecast_steps))
+    column = forecast_columns(trace)[:steps, :, None]  # (S, K, 1)
+    rows = np.arange(steps)[:, None, None] + stride * np.arange(1, forecast_steps + 1)
+    truth = trace.position[rows, column]  # (S, K, F, 2)
+    same = trace.ids[rows, column] == trace.forecast_ids[:steps, :, None]
+    stayed = (trace.valid[rows, column] & same).all(axis=-1) & (column[..., 0] >= 0)
+    errors: Floats = np.linalg.norm(trace.forecast[:steps] - truth, axis=-1)[stayed]
+    return errors
+
+
+def forecast_columns(trace: Trace) -> NDArray[np.int64]:
+    """(T, K) column of the pedestrian whom each forecast is for; -1 in an empty slot."""
+    if trace.forecast_ids is None or trace.ids.shape[1] == 0:
+        return np.full((len(trace.ids), 0), -1)
+    is_for = trace.forecast_ids[:, :, None] == trace.ids[:, None, :]  # (T, K, N)
+    is_for &= trace.valid[:, None, :]
+    columns: NDArray[np.int64] = np.where(is_for.any(axis=-1), is_for.argmax(axis=-1), -1)
+    return columns
+
+
+def _distance_to_segments(point: Floats, start: Floats, end: Floats) -> Floats:
+    """Distance of points (…, 2) to segments from start to end (…, 2)."""
+    along = end - start
+    squared = np.maximum((along**2).sum(-1), 1e-12)
+    share = np.clip(((point - start) * along).sum(-1) / squared, 0.0, 1.0)
+    distance: Floats = np.linalg.norm(point - start - share[..., None] * along, axis=-1)
+    return distance
+
+
+def _wrapped(angle: Floats) -> Floats:
+    """Angles in (-pi, pi]."""
+    return -((np.pi - angle) % (2 * np.pi) - np.pi)
+
+
+def _finite(value: float) -> float:
+    """The value, or NaN for an infinite one (nobody there)."""
+    return float(value) if np.isfinite(value) else np.nan
+
+
+def _mean_of_finite(values: Floats) -> float:
+    """Mean of the finite values, NaN without any."""
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else np.nan

@@ -1,0 +1,147 @@
+"""From one row per episode to means, intervals and paired differences per scenario and arm."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.metric_table import METRICS, aggregate_name
+from envs.metrics import Value
+from envs.statistics import Interval, mean_interval, paired_difference
+
+Row = Mapping[str, Value]
+ALL_SCENARIOS = "all"
+"""Name under which the episodes of all scenarios are pooled."""
+
+
+def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str, Any]:
+    """Aggregates episodes per scenario and arm, and compares every arm with the reference.
+
+    Args:
+        rows: One per episode, with `scenario`, `arm`, `seed` and the columns of `METRICS`. Every
+            arm has the same seeds in a scenario.
+        reference: Arm that the paired differences are taken against.
+        seed: Seeds the bootstrap.
+
+    Returns:
+        `{"reference": …, "scenarios": {scenario: {"arms": {arm: {"n": …, "metrics": {metric:
+        {"mean", "low", "high", "n"}}}}, "differences": {arm: {metric: {…, "verdict"}}}}}}`; the
+        scenario `all` pools the others. Unknown numbers are None.
+
+    Raises:
+        ValueError: Where the reference is not among the arms, or the arms' seeds differ.
+    """
+    arms = _unique(row["arm"] for row in rows)
+    if reference not in arms:
+        raise ValueError(f"reference: expected one of {', '.join(arms)}, found {reference!r}")
+    rng = np.random.default_rng(seed)
+    scenarios = _unique(row["scenario"] for row in rows)
+    groups = {name: [row for row in rows if row["scenario"] == name] for name in scenarios}
+    if len(scenarios) > 1:
+        groups[ALL_SCENARIOS] = list(rows)
+    return {
+        "reference": reference,
+        "scenarios": {
+            name: _summarize_group(group, arms, reference, rng) for name, group in groups.items()
+        },
+    }
+
+
+def verdict(difference: Interval, better: str) -> str:
+    """`better`, `worse` or, where no direction is good, `different`; else `inconclusive`.
+
+    Args:
+        difference: Paired difference to the reference.
+        better: The metric's better direction.
+    """
+    if not difference.excludes_zero:
+        return "inconclusive"
+    if better == "neither":
+        return "different"
+    return "better" if (difference.mean > 0) == (better == "higher") else "worse"
+
+
+def _summarize_group(
+    rows: Sequence[Row], arms: Sequence[str], reference: str, rng: np.random.Generator
+) -> dict[str, Any]:
+    """One scenario's entry of the summary."""
+    of_arm = {arm: _ordered(rows, arm) for arm in arms}
+    for arm in arms:
+        _check_paired(arm, of_arm[arm], reference, of_arm[reference])
+    return {
+        "arms": {
+            arm: {
+                "n": len(of_arm[arm]),
+                "metrics": {
+                    aggregate_name(key): as_json(mean_interval(column(of_arm[arm], key), rng))
+                    for key in METRICS
+                },
+            }
+            for arm in arms
+        },
+        "differences": {
+            arm: _differences(of_arm[arm], of_arm[reference], rng)
+            for arm in arms
+            if arm != reference
+        },
+    }
+
+
+def _differences(
+    rows: Sequence[Row], reference: Sequence[Row], rng: np.random.Generator
+) -> dict[str, Any]:
+    """Paired difference of every metric with its verdict."""
+    entries = {}
+    for key, metric in METRICS.items():
+        difference = paired_difference(column(rows, key), column(reference, key), rng)
+        entries[aggregate_name(key)] = {
+            **as_json(difference),
+            "verdict": verdict(difference, metric.better),
+        }
+    return entries
+
+
+def column(rows: Sequence[Row], key: str) -> NDArray[Any]:
+    """One metric of many episodes: bool for shares, else float with NaN for missing."""
+    dtype = bool if METRICS[key].kind == "share" else np.float64
+    return np.array([row[key] for row in rows], dtype=dtype)
+
+
+def as_json(interval: Interval) -> dict[str, Any]:
+    """The interval as plain numbers, unknown ones as None."""
+    return {
+        "mean": _known(interval.mean),
+        "low": _known(interval.low),
+        "high": _known(interval.high),
+        "n": interval.n,
+    }
+
+
+def _known(value: float) -> float | None:
+    """The value as a Python float, None for NaN."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _ordered(rows: Sequence[Row], arm: str) -> list[Row]:
+    """An arm's episodes, in the order in which arms are paired."""
+    return sorted(
+        (row for row in rows if row["arm"] == arm), key=lambda row: (row["scenario"], row["seed"])
+    )
+
+
+def _check_paired(arm: str, rows: Sequence[Row], reference: str, others: Sequence[Row]) -> None:
+    """Refuses to compare arms that did not meet the same episodes."""
+    ours = [(row["scenario"], row["seed"]) for row in rows]
+    theirs = [(row["scenario"], row["seed"]) for row in others]
+    if ours != theirs:
+        raise ValueError(
+            f"arms {arm} and {reference}: expected the same seeds per scenario, found "
+            f"{sorted(set(ours) ^ set(theirs), key=str)[:4]} in only one of them"
+        )
+
+
+def _unique(values: Iterable[Value]) -> list[str]:
+    """Distinct values in order of first appearance."""
+    return list(dict.fromkeys(str(value) for value in values))
