@@ -114,8 +114,8 @@ class MPPIPolicy(Policy):
         knots = np.asarray(observation["history"], np.float64)[:, :, -1:]
         if "forecast" in observation:
             knots = np.concatenate((knots, observation["forecast"]), axis=2)
-        times = self._limits.dt * np.arange(1, self._steps + 1)
-        weights = interpolation(times, self._frame_dt * np.arange(knots.shape[2]))
+        times = self._limits.dt * np.arange(1, self._steps + 1, dtype=np.float64)
+        weights = interpolation(times, self._frame_dt * np.arange(knots.shape[2], dtype=np.float64))
         people: Floats = np.einsum("hf,wkfc->whkc", weights, knots)
         return people
 
@@ -142,7 +142,8 @@ def noise_table(parameters: MPPIParameters, steps: int, limits: Limits) -> Float
         table[:, t] = memory * table[:, t - 1] + np.sqrt(1.0 - memory**2) * table[:, t]
     table[0] = 0.0
     turning = limits.speed if limits.holonomic else limits.angular_speed
-    return table * parameters.noise * np.array([limits.speed, turning])
+    table *= parameters.noise * np.array([limits.speed, turning])
+    return table
 
 
 def interpolation(times: Floats, knots: Floats) -> Floats:
@@ -157,5 +158,5 @@ def to_actions(controls: Floats, limits: Limits) -> NDArray[np.float32]:
     """Returns the actions in [-1, 1] that command the controls (W, 2)."""
     if limits.holonomic:
         return (controls / limits.speed).astype(np.float32)
-    actions = controls / np.array([0.5 * limits.speed, limits.angular_speed]) - np.array([1.0, 0.0])
-    return np.clip(actions, -1.0, 1.0).astype(np.float32)
+    speed = 2.0 * controls[:, 0] / limits.speed - 1.0
+    return np.stack((speed, controls[:, 1] / limits.angular_speed), axis=1).astype(np.float32)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Observation = Mapping[str, NDArray[np.generic]]
+Observation = Mapping[str, NDArray[Any]]
 """One observation of `crowdnav/CrowdNav-v0`, or W of them stacked along a leading axis."""
 
 
@@ -22,14 +23,14 @@ class Policy(ABC):
     name: str
 
     def reset(self, mask: NDArray[np.bool_] | None = None) -> None:  # noqa: B027
-        """Forget what was remembered of finished episodes.
+        """Forgets what was remembered of finished episodes.
 
         Args:
             mask: (W,) True where an episode ended; None means all of them.
         """
 
     def act(self, observation: Observation) -> NDArray[np.float32]:
-        """Choose the next actions.
+        """Chooses the next actions.
 
         Args:
             observation: a single observation, or a batch with a leading axis W on every key.
@@ -40,8 +41,9 @@ class Policy(ABC):
         if np.ndim(observation["robot"]) == 2:
             return self.act_batch(observation)
         batch = {key: np.asarray(value)[None] for key, value in observation.items()}
-        return self.act_batch(batch)[0]
+        first: NDArray[np.float32] = self.act_batch(batch)[0]
+        return first
 
     @abstractmethod
     def act_batch(self, observation: Observation) -> NDArray[np.float32]:
-        """Choose (W, A) actions for a batch of W observations; what `act` calls."""
+        """Chooses (W, A) actions for a batch of W observations; what `act` calls."""

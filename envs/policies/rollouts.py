@@ -1,7 +1,7 @@
 """Rollouts of the robot and what they cost: the numba half of the sampling planner.
 
 Everything is in the robot frame at planning time (origin robot, x ahead, y left), SI units.
-A control is (speed, angular speed) for a unicycle and (velocity x, velocity y) for a holonomic robot.
+A control is (speed, angular speed) for a unicycle, a velocity (x, y) for a holonomic robot.
 """
 
 from __future__ import annotations
@@ -68,14 +68,14 @@ class Costs(NamedTuple):
     discount: float = 0.85
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def past(x: float, y: float, waypoint: NDArray[np.float64]) -> bool:
     """Whether (x, y) lies beyond the waypoint as seen from the origin."""
     ahead = (x - waypoint[0]) * waypoint[0] + (y - waypoint[1]) * waypoint[1]
     return bool(ahead > 0.0)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def way_left(x: float, y: float, waypoint: NDArray[np.float64], goal: NDArray[np.float64]) -> float:
     """Length of the way from (x, y) over the waypoint to the goal, straight once past it [m]."""
     to_goal = math.hypot(x - goal[0], y - goal[1])
@@ -85,7 +85,7 @@ def way_left(x: float, y: float, waypoint: NDArray[np.float64], goal: NDArray[np
     return to_waypoint + math.hypot(goal[0] - waypoint[0], goal[1] - waypoint[1])
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def proximity(clearance: float, margin: float, weight: float, contact: float) -> float:
     """Cost per second of being `clearance` metres away, surface to surface."""
     if clearance >= margin:
@@ -96,11 +96,11 @@ def proximity(clearance: float, margin: float, weight: float, contact: float) ->
     return weight * share * share
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def people_cost(
     x: float, y: float, people: NDArray[np.float64], reach: NDArray[np.float64], costs: Costs
 ) -> float:
-    """Cost per second of (x, y) with people (K, 2) and sums of radii (K,); NaN rows do not count."""
+    """Cost per second of (x, y) among people (K, 2) with sums of radii `reach` (K,)."""
     total = 0.0
     for k in range(len(people)):
         dx, dy = x - people[k, 0], y - people[k, 1]
@@ -112,7 +112,7 @@ def people_cost(
     return total
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def wall_cost(x: float, y: float, walls: NDArray[np.float64], radius: float, costs: Costs) -> float:
     """Cost per second of (x, y) for the nearest of the wall points (P, 2)."""
     nearest = np.inf
@@ -123,7 +123,7 @@ def wall_cost(x: float, y: float, walls: NDArray[np.float64], radius: float, cos
     return proximity(clearance, costs.wall_margin, costs.wall, costs.contact)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def steer(
     x: float, y: float, heading: float, target: NDArray[np.float64], limits: Limits
 ) -> tuple[float, float]:
@@ -139,7 +139,7 @@ def steer(
     return limits.speed * max(math.cos(bearing), 0.0), turn
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def feasible(
     a: float, b: float, last_a: float, last_b: float, limits: Limits
 ) -> tuple[float, float]:
@@ -156,7 +156,7 @@ def feasible(
     return a * shrink, b * shrink
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def advance(
     x: float, y: float, heading: float, a: float, b: float, limits: Limits
 ) -> tuple[float, float, float]:
@@ -175,7 +175,7 @@ class Scene(NamedTuple):
         velocity: (2,) control that the robot follows now.
         waypoint: (2,) point to pass [m].
         goal: (2,) point to reach [m].
-        people: (H, K, 2) positions at the end of each rollout step, NaN where there is nobody [m].
+        people: (H, K, 2) positions at the end of each rollout step [m].
         reach: (K,) sums of the radii of robot and person [m].
         walls: (P, 2) points on walls [m].
     """
@@ -188,7 +188,7 @@ class Scene(NamedTuple):
     walls: NDArray[np.float64]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def rollout(
     controls: NDArray[np.float64], steering: bool, scene: Scene, limits: Limits, costs: Costs
 ) -> float:
@@ -220,11 +220,11 @@ def rollout(
         last_a, last_b = a, b
         if math.hypot(x - scene.goal[0], y - scene.goal[1]) < limits.goal_radius:
             controls[t + 1 :] = controls[t]
-            return total
-    return total + costs.terminal * left
+            return float(total)
+    return float(total + costs.terminal * left)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def improve(
     nominal: NDArray[np.float64],
     noise: NDArray[np.float64],
@@ -260,7 +260,7 @@ def improve(
         nominal += weights[s] * samples[s]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def wall_points(ranges: NDArray[np.float64], farthest: float) -> NDArray[np.float64]:
     """Points (P, 2) that lidar rays (R,) hit nearer than `farthest` [m]; ray 0 ahead, CCW."""
     points = np.empty((len(ranges), 2))
