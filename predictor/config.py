@@ -1,4 +1,4 @@
-"""Frozen configurations of the model and of its training; free of torch, so that `--help` is fast."""
+"""Frozen configurations of model and training, free of torch so that `--help` is fast."""
 
 import math
 from dataclasses import dataclass, fields, replace

@@ -5,14 +5,14 @@ y to the left. Neighbors and the map crop are seen in it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Self
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from predictor.config import ModelConfig
+from predictor.crops import crop_maps
 
 STANDING_EXTENT = 0.1
 """Who got no further than this away from the last position within the history stands [m]."""
@@ -51,8 +51,11 @@ class AgentInputs:
 
     def take(self, rows: NDArray[np.int64]) -> Self:
         """The inputs of some of the agents."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return replace(self, **{k: None if v is None else v[rows] for k, v in values.items()})
+        taken: dict[str, Any] = {}
+        for field in fields(self):
+            array = getattr(self, field.name)
+            taken[field.name] = None if array is None else array[rows]
+        return type(self)(**taken)
 
 
 def check_tracks(
@@ -72,7 +75,7 @@ def check_tracks(
     people = (*valid.shape[:-2], valid.shape[-1])
     if select is not None and (select.shape != people or select.dtype != np.bool_):
         raise ValueError(f"select must be bool {people}, got {select.dtype} {select.shape}")
-    if not np.isfinite(history).all(axis=-1)[valid].all():
+    if not np.isfinite(history[valid]).all():
         raise ValueError("history must be finite where valid, got NaN or infinity")
 
 
@@ -194,7 +197,10 @@ def build_inputs_of_worlds(
         neighbors_valid=others_valid,
         last_step=_seen_along(step, direction, own_valid[:, -1:])[:, 0],
         crop=crop_maps(map_images, pixel_from_world, worlds, world_from_agent, config),
-        crop_valid=np.array([map_images[world] is not None for world in worlds], dtype=np.bool_),
+        crop_valid=np.array(
+            [map_images[w] is not None and pixel_from_world[w] is not None for w in worlds],
+            dtype=np.bool_,
+        ),
         world_from_agent=world_from_agent,
     )
 
@@ -253,54 +259,3 @@ def to_world(
     axes, origin = world_from_agent[:, :2, :2], world_from_agent[:, None, :2, 2]
     x, y = points[..., 0, None].astype(np.float64), points[..., 1, None].astype(np.float64)
     return np.asarray(origin + x * axes[:, None, :, 0] + y * axes[:, None, :, 1])
-
-
-def crop_maps(
-    map_images: Sequence[NDArray[np.uint8] | None],
-    pixel_from_world: Sequence[NDArray[np.float64] | None],
-    worlds: NDArray[np.int64],
-    world_from_agent: NDArray[np.float64],
-    config: ModelConfig,
-) -> NDArray[np.uint8] | None:
-    """Cut out of its world's picture what lies around each agent, turned into the agent frame.
-
-    Args:
-        map_images: W pictures (H, W, 3) uint8 RGB, or None.
-        pixel_from_world: W homographies (3, 3), or None.
-        worlds: (B,) world of each agent.
-        world_from_agent: (B, 3, 3) transforms; they may mirror and scale (augmentation).
-        config: Side of the crop in metres and in pixels.
-
-    Returns:
-        (B, S, S, 3) uint8; black beyond the picture and without one. None for variant `none`.
-    """
-    if config.variant == "none":
-        return None
-    crops = np.zeros((len(worlds), config.crop_px, config.crop_px, 3), dtype=np.uint8)
-    agent_from_crop = _agent_from_crop(config)
-    for row, world in enumerate(worlds):
-        image, homography = map_images[world], pixel_from_world[world]
-        if image is not None and homography is not None:
-            pixel_from_crop = homography @ world_from_agent[row] @ agent_from_crop
-            _warp(image, pixel_from_crop, crops[row])
-    return crops
-
-
-def _agent_from_crop(config: ModelConfig) -> NDArray[np.float64]:
-    """Crop pixel (column, row) to metres in the agent frame; pixel (0, 0) is a pixel's centre."""
-    metres = config.crop_side / config.crop_px
-    left = 0.5 * metres - 0.25 * config.crop_side
-    top = 0.5 * config.crop_side - 0.5 * metres
-    return np.array([[metres, 0.0, left], [0.0, -metres, top], [0.0, 0.0, 1.0]])
-
-
-def _warp(
-    image: NDArray[np.uint8], pixel_from_crop: NDArray[np.float64], crop: NDArray[np.uint8]
-) -> None:
-    """Fill `crop` (S, S, 3) with the pixels that its own correspond to; affine where it suffices."""
-    size, flags = crop.shape[:2], cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    if np.all(pixel_from_crop[2, :2] == 0.0):
-        affine = pixel_from_crop[:2] / pixel_from_crop[2, 2]
-        cv2.warpAffine(image, affine, size, dst=crop, flags=flags)
-    else:
-        cv2.warpPerspective(image, pixel_from_crop, size, dst=crop, flags=flags)

@@ -1,0 +1,119 @@
+"""Checkpoints: weights as safetensors, everything else as JSON beside them. Nothing is unpickled."""
+
+import hashlib
+import json
+import os
+import subprocess
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors.torch import load as load_safetensors
+from safetensors.torch import save as save_safetensors
+
+from predictor.config import ModelConfig
+from predictor.model import IterativeAttention
+
+FORMAT = "iterative-attention-1"
+
+
+def save_checkpoint(path: Path, model: IterativeAttention, about: dict[str, Any]) -> None:
+    """Write `path` (.safetensors) and the JSON beside it, each whole or not at all.
+
+    Args:
+        path: File to write; its suffix must be `.safetensors`.
+        model: Network to keep.
+        about: JSON-able facts: data, protocol, metrics, the command.
+    """
+    weights = save_safetensors({k: v.contiguous() for k, v in model.state_dict().items()})
+    description = {
+        "format": FORMAT,
+        "config": asdict(model.config),
+        "parameters": sum(p.numel() for p in model.parameters()),
+        "sha256": hashlib.sha256(weights).hexdigest(),
+        "revision": source_revision(),
+        **about,
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _write(path, weights)
+    _write(path.with_suffix(".json"), json.dumps(description, indent=1).encode() + b"\n")
+
+
+def _write(path: Path, content: bytes) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_bytes(content)
+    temporary.replace(path)
+
+
+def load_checkpoint(path: Path) -> tuple[IterativeAttention, dict[str, Any]]:
+    """Read a checkpoint, ready for use (`eval` mode).
+
+    Args:
+        path: A `.safetensors` file with its JSON beside it, or a folder with `best.safetensors`.
+
+    Returns:
+        The network, and what its JSON says.
+
+    Raises:
+        FileNotFoundError: One of the two files is not there.
+        ValueError: The files are damaged, do not belong together, or do not fit the model.
+    """
+    path = path / "best.safetensors" if path.is_dir() else path
+    description = _read_description(path.with_suffix(".json"))
+    weights = path.read_bytes()
+    found = hashlib.sha256(weights).hexdigest()
+    if found != description["sha256"]:
+        raise ValueError(
+            f"{path}: damaged, expected SHA-256 {description['sha256'][:12]}…, found {found[:12]}…"
+        )
+    with torch.random.fork_rng(devices=[]):
+        model = IterativeAttention(ModelConfig.from_dict(description["config"]))
+    _load_state(model, load_safetensors(weights), path)
+    return model.eval(), description
+
+
+def _read_description(path: Path) -> dict[str, Any]:
+    try:
+        description = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: expected JSON, found {error}") from error
+    if not isinstance(description, dict) or description.get("format") != FORMAT:
+        raise ValueError(f"{path}: expected the description of a checkpoint of format {FORMAT!r}")
+    if not isinstance(description.get("sha256"), str) or not isinstance(
+        description.get("config"), dict
+    ):
+        raise ValueError(f"{path}: expected the keys 'sha256' and 'config'")
+    return description
+
+
+def _load_state(model: IterativeAttention, state: dict[str, torch.Tensor], path: Path) -> None:
+    expected = model.state_dict()
+    if state.keys() != expected.keys():
+        odd = sorted(state.keys() ^ expected.keys())
+        raise ValueError(f"{path}: weights and config differ in {odd[:4]}")
+    for name, tensor in state.items():
+        if tensor.shape != expected[name].shape or tensor.dtype != expected[name].dtype:
+            raise ValueError(
+                f"{path}: {name} must be {tuple(expected[name].shape)} {expected[name].dtype}, "
+                f"found {tuple(tensor.shape)} {tensor.dtype}"
+            )
+        if not torch.isfinite(tensor).all():
+            raise ValueError(f"{path}: {name} must be finite")
+    model.load_state_dict(state)
+
+
+def source_revision() -> str:
+    """Git commit of this source tree, or `unknown` outside of a checkout."""
+    try:
+        found = subprocess.run(
+            ["git", "rev-parse", "--verify", "HEAD"],
+            cwd=Path(__file__).parent,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=5,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return found.stdout.strip()

@@ -1,0 +1,245 @@
+"""The network of "Conditioned Human Trajectory Prediction using Iterative Attention Blocks".
+
+Learned latent vectors look again and again at the agent's own history, at its neighbors and at the
+map; a goal is decoded from them first, then the path towards it. Everything is in the agent frame.
+
+In the shapes: B agents, T history steps, F forecast steps, K neighbors, L latents, P patches,
+C width, H heads, D = C / H.
+"""
+
+import math
+
+import torch
+import torch.nn.functional as F  # noqa: N812
+from torch import Tensor, nn
+
+from predictor.config import ModelConfig
+from predictor.inputs import AgentInputs
+
+
+def tensors(inputs: AgentInputs) -> dict[str, Tensor]:
+    """The arguments of `IterativeAttention.forward` for some agents."""
+    names = ["history", "history_valid", "neighbors", "neighbors_valid", "last_step"]
+    if inputs.crop is not None:
+        names += ["crop", "crop_valid"]
+    return {name: torch.from_numpy(getattr(inputs, name)) for name in names}
+
+
+def sinusoidal_code(count: int, size: int) -> Tensor:
+    """Sines and cosines of the positions 0..count-1 in geometric frequencies: (count, size)."""
+    frequency = torch.exp(-math.log(10000.0) * torch.arange(0, size, 2) / size)
+    angle = torch.arange(count)[:, None] * frequency
+    return torch.stack([angle.sin(), angle.cos()], dim=-1).flatten(1)
+
+
+class Attention(nn.Module):
+    """Multi-head attention of B x L latents over tokens."""
+
+    def __init__(self, config: ModelConfig) -> None:
+        super().__init__()
+        self.heads, self.dropout_rate = config.heads, config.dropout
+        self.query = nn.Linear(config.width, config.width)
+        self.key_value = nn.Linear(config.width, 2 * config.width)
+        self.output = nn.Linear(config.width, config.width)
+
+    def forward(self, latents: Tensor, tokens: Tensor, mask: Tensor | None = None) -> Tensor:
+        """Read (B, S, C) tokens into (B, L, C); `mask` (B, S) is True where a token may be read."""
+        b, n, c = latents.shape
+        query = self.query(latents).view(b, n, self.heads, -1).transpose(1, 2)  # (B, H, L, D)
+        key_value = self.key_value(tokens).view(b, -1, 2, self.heads, c // self.heads)
+        key, value = key_value.permute(2, 0, 3, 1, 4)  # 2 x (B, H, S, D)
+        read = F.scaled_dot_product_attention(
+            query,
+            key,
+            value,
+            attn_mask=None if mask is None else mask[:, None, None, :],
+            dropout_p=self.dropout_rate if self.training else 0.0,
+        )
+        joined = self.output(read.transpose(1, 2).reshape(b, n, c))  # (B, L, C)
+        return F.dropout(joined, self.dropout_rate, self.training)
+
+
+class CrossAttention(nn.Module):
+    """What the latents read from one stream of tokens: nothing where no token is real."""
+
+    def __init__(self, config: ModelConfig) -> None:
+        super().__init__()
+        self.norm = nn.LayerNorm(config.width)
+        self.attention = Attention(config)
+
+    def forward(self, latents: Tensor, tokens: Tensor, valid: Tensor) -> Tensor:
+        """Add to (B, L, C) latents what they read from (B, S, C) tokens, `valid` (B, S)."""
+        any_valid = valid.any(dim=1, keepdim=True)  # (B, 1)
+        # a softmax over nothing is NaN: read everything there, then drop what was read
+        read: Tensor = self.attention(self.norm(latents), tokens, valid | ~any_valid)
+        return latents + read * any_valid[:, :, None]
+
+
+class EncoderBlock(nn.Module):
+    """Cross-attention to history, neighbors and map, then a pre-norm transformer block."""
+
+    def __init__(self, config: ModelConfig) -> None:
+        super().__init__()
+        self.streams = nn.ModuleDict({name: CrossAttention(config) for name in _streams(config)})
+        self.attention_norm = nn.LayerNorm(config.width)
+        self.attention = Attention(config)
+        self.mlp_norm = nn.LayerNorm(config.width)
+        self.mlp = nn.Sequential(
+            nn.Linear(config.width, 4 * config.width),
+            nn.GELU(),
+            nn.Linear(4 * config.width, config.width),
+            nn.Dropout(config.dropout),
+        )
+
+    def forward(self, latents: Tensor, streams: dict[str, tuple[Tensor, Tensor]]) -> Tensor:
+        """Refine (B, L, C) latents by streams of tokens (B, S, C) with `valid` (B, S)."""
+        for name, cross_attention in self.streams.items():
+            latents = cross_attention(latents, *streams[name])
+        normed = self.attention_norm(latents)
+        latents = latents + self.attention(normed, normed)
+        refined: Tensor = latents + self.mlp(self.mlp_norm(latents))
+        return refined
+
+
+def _streams(config: ModelConfig) -> list[str]:
+    return ["history", "neighbors"] + (["map"] if config.variant != "none" else [])
+
+
+class PoseEncoder(nn.Module):
+    """Turns positions at time steps into tokens; shared by own history and neighbors."""
+
+    time_code: Tensor
+
+    def __init__(self, config: ModelConfig) -> None:
+        super().__init__()
+        self.mlp = nn.Sequential(
+            nn.Linear(2, 8), nn.ReLU(), nn.Linear(8, config.width - config.time_code), nn.ReLU()
+        )
+        code = sinusoidal_code(config.history_steps, config.time_code)
+        self.register_buffer("time_code", code, persistent=False)
+
+    def forward(self, positions: Tensor) -> Tensor:
+        """Encode (B, ..., T, 2) positions as tokens (B, S, C), S the product of ... and T."""
+        pose = self.mlp(positions)
+        code = self.time_code.expand(*pose.shape[:-1], -1)
+        return torch.cat([pose, code], dim=-1).flatten(1, -2)  # (B, S, C)
+
+
+class PatchEncoder(nn.Module):
+    """Linear patches of the map crop with a two-dimensional position code."""
+
+    position_code: Tensor
+
+    def __init__(self, config: ModelConfig) -> None:
+        super().__init__()
+        self.patch_px = config.patch_px
+        self.linear = nn.Linear(3 * config.patch_px**2, config.width)
+        side = config.crop_px // config.patch_px
+        code = sinusoidal_code(side, config.width // 2)
+        rows = code[:, None].expand(side, side, -1)
+        columns = code[None].expand(side, side, -1)
+        position_code = torch.cat([rows, columns], dim=-1).flatten(0, 1)  # (P, C)
+        self.register_buffer("position_code", position_code, persistent=False)
+
+    def forward(self, crop: Tensor) -> Tensor:
+        """Encode (B, S, S, 3) uint8 pictures as tokens (B, P, C)."""
+        b, size, px = len(crop), crop.shape[1], self.patch_px
+        grid = crop.view(b, size // px, px, size // px, px, 3).transpose(2, 3)
+        patches = grid.reshape(b, -1, 3 * px**2).float() / 255.0 - 0.5  # (B, P, 3 px^2)
+        tokens: Tensor = self.linear(patches) + self.position_code
+        return tokens
+
+
+def _decoder(inputs: int, outputs: int) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Linear(inputs, 256), nn.ReLU(), nn.Linear(256, 64), nn.ReLU(), nn.Linear(64, outputs)
+    )
+
+
+class IterativeAttention(nn.Module):
+    """Goal and path of each agent from its history, its neighbors and the map.
+
+    Args:
+        config: What the network is.
+    """
+
+    def __init__(self, config: ModelConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.latents = nn.Parameter(0.02 * torch.randn(config.latents, config.width))
+        self.pose_encoder = PoseEncoder(config)
+        self.map_encoder = PatchEncoder(config) if config.variant == "patch" else None
+        self.encoder_blocks = nn.ModuleList(EncoderBlock(config) for _ in range(config.blocks))
+        flat = config.latents * config.width
+        rows = config.width if config.path_rows == "mean" else flat
+        self.goal_decoder = _decoder(flat, 2)
+        self.trajectory_decoder = _decoder(rows + 2, 2 * config.forecast_steps)
+
+    def forward(
+        self,
+        history: Tensor,
+        history_valid: Tensor,
+        neighbors: Tensor,
+        neighbors_valid: Tensor,
+        last_step: Tensor,
+        crop: Tensor | None = None,
+        crop_valid: Tensor | None = None,
+        true_goal: Tensor | None = None,
+    ) -> tuple[Tensor, Tensor]:
+        """Forecast in the agent frame [m]; the arguments are as in `AgentInputs`.
+
+        Args:
+            history: (B, T, 2) own positions.
+            history_valid: (B, T) bool.
+            neighbors: (B, K, T, 2) positions.
+            neighbors_valid: (B, K, T) bool.
+            last_step: (B, 2) last displacement per frame.
+            crop: (B, S, S, 3) uint8, needed unless the variant is `none`.
+            crop_valid: (B,) bool, False where there is no picture.
+            true_goal: (B, 2) goal that the path is decoded for, instead of the predicted one.
+
+        Returns:
+            (B, 2) goal, which is the last position, and (B, F, 2) path.
+        """
+        streams = {
+            "history": (self.pose_encoder(history), history_valid),
+            "neighbors": (self.pose_encoder(neighbors), neighbors_valid.flatten(1)),
+        }
+        if self.map_encoder is not None and crop is not None and crop_valid is not None:
+            tokens = self.map_encoder(crop)
+            streams["map"] = (tokens, crop_valid[:, None].expand(-1, tokens.shape[1]))
+        latents = self.latents.expand(len(history), -1, -1)  # (B, L, C)
+        for encoder_block in self.encoder_blocks:
+            latents = encoder_block(latents, streams)
+        return self._decode(latents, last_step, true_goal)
+
+    def _decode(
+        self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None
+    ) -> tuple[Tensor, Tensor]:
+        config, b = self.config, len(latents)
+        ahead = torch.arange(1, config.forecast_steps + 1, device=latents.device)[:, None]
+        start = (
+            last_step[:, None] * ahead if config.residual else torch.zeros_like(last_step)[:, None]
+        )
+        goal = self.goal_decoder(latents.flatten(1)) + start[:, -1]  # (B, 2)
+        towards = goal if true_goal is None else true_goal
+        if config.path_rows == "flatten":
+            rows = torch.cat([latents.flatten(1), towards], dim=1)[:, None]  # (B, 1, LC + 2)
+        else:
+            each = towards[:, None].expand(-1, config.latents, -1)
+            rows = torch.cat([latents, each], dim=2)  # (B, L, C + 2)
+        path = self.trajectory_decoder(rows).mean(dim=1)  # (B, 2F)
+        return goal, path.view(b, config.forecast_steps, 2) + start
+
+
+def loss(goal: Tensor, path: Tensor, future: Tensor) -> Tensor:
+    """The paper's loss: average displacement of the path + half that of the goal [m].
+
+    Args:
+        goal: (B, 2) predicted goal.
+        path: (B, F, 2) predicted path.
+        future: (B, F, 2) true path.
+    """
+    average: Tensor = torch.linalg.vector_norm(path - future, dim=-1).mean()
+    final: Tensor = torch.linalg.vector_norm(goal - future[:, -1], dim=-1).mean()
+    return average + 0.5 * final
