@@ -8,13 +8,15 @@ from crowdsim.recordings.eth_ucy import (
     read_obsmat,
     read_scene,
 )
-from crowdsim.recordings.recording import Picture, Recording
+from crowdsim.recordings.recording import FRAME_DT, Picture, Recording, check_rate
 from crowdsim.recordings.store import read_recordings, write_recordings
 
 __all__ = [
     "ETH_UCY_FOLDS",
+    "FRAME_DT",
     "Picture",
     "Recording",
+    "check_rate",
     "eth_ucy_fold",
     "find_data",
     "read_eth_ucy",

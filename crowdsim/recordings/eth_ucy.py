@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from crowdsim.recordings.recording import FRAME_DT, Picture, Recording
+from crowdsim.recordings.recording import FRAME_DT, Picture, Recording, check_rate
 
 Part = Literal["train", "val", "test"]
 ETH_UCY_FOLDS: Final = ("eth", "hotel", "univ", "zara1", "zara2")
@@ -36,11 +36,6 @@ PICTURE_FOLDERS: Final = {"crowds_zara03": "crowds_zara02", "students001": "stud
 GROUND_SCENES: Final = ("crowds_zara02", "crowds_zara03")
 """Scenes annotated at the head: `H_ground.txt` moves their tracks to the feet."""
 NO_PICTURE: Final = ("uni_examples",)
-
-SPEED_RANGE: Final = (0.1, 3.0)
-"""Mean speeds of a crowd [m/s] that a time step can be believed with."""
-LISTED_SHARE: Final = 0.9
-"""Least share of row distances that must equal the frame step."""
 
 
 def find_data(path: Path | str | None = None) -> Path:
@@ -139,28 +134,6 @@ def _recording(
     )
     check_rate(recording)
     return recording
-
-
-def check_rate(recording: Recording) -> None:
-    """Refuse a recording whose `dt` its own frames or speeds contradict.
-
-    Raises:
-        ValueError: Fewer than 9 in 10 rows follow each other by one frame step, or the mean speed
-            over one step is outside 0.1-3 m/s, which no crowd walks.
-    """
-    steps = np.diff(recording.frames)
-    regular = float(np.mean(steps == recording.frame_step)) if len(steps) > 0 else 1.0
-    if regular < LISTED_SHARE:
-        raise ValueError(
-            f"{recording.name}: expected frames {recording.frame_step} apart, "
-            f"found it in only {regular:.0%} of the rows"
-        )
-    speed = recording.mean_speed
-    if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
-        raise ValueError(
-            f"{recording.name}: {recording.frame_step} frames as {recording.dt} s imply a mean "
-            f"speed of {speed:.2f} m/s, expected {SPEED_RANGE[0]}-{SPEED_RANGE[1]} m/s"
-        )
 
 
 def read_scene(root: Path | str | None, scene: str) -> Recording:

@@ -2,13 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-FRAME_DT = 0.4
+FRAME_DT: Final = 0.4
 """Seconds between two rows of a recording, unless it says otherwise."""
+SPEED_RANGE: Final = (0.1, 3.0)
+"""Mean speeds of a crowd [m/s] that a time step can be believed with."""
+LISTED_SHARE: Final = 0.9
+"""Least share of row distances that must equal the frame step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,3 +188,25 @@ class Recording:
         positions[row], valid[row] = self.positions, self.valid
         frames = self.frames[0] + step * np.arange(count, dtype=np.int64)
         return replace(self, positions=positions, valid=valid, frames=frames)
+
+
+def check_rate(recording: Recording) -> None:
+    """Refuse a recording whose `dt` its own frames or speeds contradict.
+
+    Raises:
+        ValueError: Fewer than 9 in 10 rows follow each other by one frame step, or the mean speed
+            over one step is outside 0.1-3 m/s, which no crowd walks.
+    """
+    steps = np.diff(recording.frames)
+    regular = float(np.mean(steps == recording.frame_step)) if len(steps) > 0 else 1.0
+    if regular < LISTED_SHARE:
+        raise ValueError(
+            f"{recording.name}: expected frames {recording.frame_step} apart, "
+            f"found it in only {regular:.0%} of the rows"
+        )
+    speed = recording.mean_speed
+    if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
+        raise ValueError(
+            f"{recording.name}: {recording.frame_step} frames as {recording.dt} s imply a mean "
+            f"speed of {speed:.2f} m/s, expected {SPEED_RANGE[0]}-{SPEED_RANGE[1]} m/s"
+        )

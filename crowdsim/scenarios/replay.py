@@ -152,7 +152,9 @@ def _map_of(folder: Path, recording: Recording, scene: str) -> Map:
     mask = scene_walkable(folder, scene)
     if mask is None or recording.picture is None:
         raise ValueError(f"{scene}: expected a scene with a picture, no picture fits this one")
-    world_from_pixel = np.linalg.inv(recording.picture.pixel_from_world)
+    world_from_pixel = np.asarray(
+        np.linalg.inv(recording.picture.pixel_from_world), dtype=np.float64
+    )
     outlines, hierarchy = cv2.findContours(
         mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE
     )

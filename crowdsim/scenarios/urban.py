@@ -56,7 +56,7 @@ def urban_crossing(
         origin, first = routes[index, :2]
         return np.asarray(origin + rng.uniform(0.0, 0.9) * (first - origin))
 
-    start = place(pedestrians, draw, keep_away=[robot_start])
+    start = place(pedestrians, draw, keep_away=[robot_start.tolist()])
     to_world = plan.world_from_plan.T
     turned = routes @ to_world
     ahead = (robot_goal - robot_start) @ to_world
@@ -112,7 +112,7 @@ def _gate_point(plan: Street, gate: Gate, lane: float) -> NDArray[np.float64]:
     if not is_alley:
         return _on_pavement(plan, side, x, lane)
     back = plan.road_half + plan.pavement[max(side, 0)] + DEPTH - END
-    return np.array([x + 0.4 * lane, side * back])
+    return np.array([x + 0.7 * lane, side * back])
 
 
 def _on_pavement(plan: Street, side: int, x: float, lane: float) -> NDArray[np.float64]:
