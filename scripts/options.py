@@ -1,9 +1,16 @@
 """Option types that several subcommands share."""
 
+import math
 from collections.abc import Iterable
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from jsonargparse.typing import register_type
+from jsonargparse.typing import register_type, restricted_number_type
+
+if TYPE_CHECKING:
+    PositiveNumber = float
+else:
+    PositiveNumber = restricted_number_type("PositiveNumber", float, [(">", 0), ("<", math.inf)])
+    """A positive number that is not infinite."""
 
 
 class Names(tuple[str, ...]):

@@ -1,0 +1,29 @@
+"""Running the program inside the test's own process, which is quick, and as a process of its own."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import pytest
+
+from scripts.__main__ import main
+
+
+class Outcome(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def crowdnav(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Runs one command line and tells its exit status and what it printed."""
+
+    def run(*arguments: object) -> Outcome:
+        try:
+            status = main([str(argument) for argument in arguments])
+        except SystemExit as exit_:
+            status = exit_.code if isinstance(exit_.code, int) else 1
+        captured = capsys.readouterr()
+        return Outcome(status, captured.out, captured.err)
+
+    return run

@@ -1,0 +1,138 @@
+"""What holds for every subcommand: quick help, one line for bad input, the resolved configuration."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+import scripts.__main__ as program
+from scripts.__main__ import COMMANDS, build_parser
+from tests.scripts.conftest import Outcome
+
+Crowdnav = Callable[..., Outcome]
+ROOT = Path(__file__).parents[2]
+HELP_THEN_MODULES = """
+import sys
+from scripts.__main__ import main
+try:
+    main(sys.argv[1:])
+finally:
+    print({name.partition(".")[0] for name in sys.modules}, file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize("command", [None, *COMMANDS])
+def test_help_answers_within_a_second_and_loads_nothing_heavy(command: str | None) -> None:
+    arguments = ["--help"] if command is None else [command, "--help"]
+    start = time.perf_counter()
+    process = subprocess.run(
+        [sys.executable, "-c", HELP_THEN_MODULES, *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert time.perf_counter() - start < 1.0
+    assert "usage: crowdnav" in process.stdout
+    for heavy in ("torch", "numba", "gymnasium", "numpy", "cv2"):
+        assert f"'{heavy}'" not in process.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_the_shared_options(command: str, crowdnav: Crowdnav) -> None:
+    text = crowdnav(command, "--help").out
+    for option in ("--config", "--print_config", "--seed"):
+        assert option in text
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_printed_configuration_reads_back_as_itself(
+    command: str, crowdnav: Crowdnav, tmp_path: Path
+) -> None:
+    file = tmp_path / "options.yaml"
+    first = crowdnav(command, "--seed", 41, "--print_config")
+    file.write_text(first.out)
+    assert yaml.safe_load(first.out)["seed"] == 41
+    assert crowdnav(command, "--config", file, "--print_config") == first
+
+
+def test_command_line_wins_over_the_configuration_file(crowdnav: Crowdnav, tmp_path: Path) -> None:
+    file = tmp_path / "options.yaml"
+    file.write_text("seed: 7\nworkers: 2\n")
+    options = yaml.safe_load(
+        crowdnav("generate", "--config", file, "--workers", 3, "--print_config").out
+    )
+    assert (options["seed"], options["workers"]) == (7, 3)
+
+
+BAD_INPUTS = [  # {} stands for a folder with the files of `bad_folder`; then a part of the answer
+    ("", "demo"),
+    ("evalute", "evalute"),
+    ("evaluate --sceanrios circular_crossing", "--sceanrios"),
+    ("generate --seed three", "three"),
+    ("generate --seed -1 --out {}/new", "-1"),
+    ("generate --recordings -1", "-1"),
+    ("generate --hours inf --out {}/new", "inf"),
+    ("generate --scenario moon --out {}/new", "moon"),
+    ("train-predictor --variant resnet9000", "resnet9000"),
+    ("train-predictor --data {}/nowhere", "nowhere"),
+    ("train-predictor --data eth_ucy:mars", "mars"),
+    ("train-predictor --data {}/file", "file"),
+    ("train-predictor --config_name best", "best"),
+    ("evaluate-predictor --data {}/empty", "empty"),
+    ("evaluate-predictor --forecaster crystal_ball --data {}/empty", "crystal_ball"),
+    ("evaluate-predictor --forecaster {}/file --data {}/empty", "file"),
+    ("evaluate --seeds 0", "'0'"),
+    ("evaluate --seeds 1 --out {}/new --scenarios moon", "moon"),
+    ("evaluate --seeds 1 --out {}/new --forecasters crystal_ball", "crystal_ball"),
+    ("evaluate --seeds 1 --out {}/new --policies teleport", "teleport"),
+    ("evaluate --seeds 1 --out {}/file", "file"),
+    ("evaluate --seeds 1 --out {}/new --json {}/empty", "empty"),
+    ("stress --config {}/none.yaml", "none.yaml"),
+    ("stress --config {}/garbage.yaml", "garbage.yaml"),
+    ("stress --config {}/binary.yaml", "binary.yaml"),
+    ("stress --config {}/unknown.yaml", "sed"),
+    ("stress --scenario moon --out {}/new", "moon"),
+    ("render --scenario moon --out {}/new.png", "moon"),
+    ("render --out {}/new.mp3", ".mp3"),
+    ("benchmark --only crowd,weather", "weather"),
+    ("benchmark --json {}", "folder"),
+]
+
+
+@pytest.fixture
+def bad_folder(tmp_path: Path) -> Path:
+    (tmp_path / "file").write_text("neither results nor weights")
+    (tmp_path / "garbage.yaml").write_text("seed: [unclosed\n: :")
+    (tmp_path / "unknown.yaml").write_text("sed: 3\n")
+    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+@pytest.mark.parametrize(("line", "part"), BAD_INPUTS)
+def test_bad_input_gives_status_2_one_line_and_no_file(
+    line: str, part: str, crowdnav: Crowdnav, bad_folder: Path
+) -> None:
+    before = sorted(bad_folder.rglob("*"))
+    outcome = crowdnav(*line.replace("{}", str(bad_folder)).split())
+    assert outcome.status == 2
+    assert outcome.err.startswith("crowdnav: error: ")
+    assert outcome.err.count("\n") == 1
+    assert part in outcome.err
+    assert sorted(bad_folder.rglob("*")) == before
+
+
+def test_mistakes_of_the_program_keep_their_traceback(
+    crowdnav: Crowdnav, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(**options: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setitem(program.COMMANDS, "stress", broken)
+    with pytest.raises(ZeroDivisionError):
+        crowdnav("stress")
