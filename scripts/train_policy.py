@@ -70,9 +70,8 @@ def make_environment(config: CrowdNavConfig, environments: int, seed: int) -> Ve
 
     import gymnasium
     import numpy as np
-    from stable_baselines3.common.vec_env import VecMonitor
-
     from envs.sb3 import SB3VecEnv
+    from stable_baselines3.common.vec_env import VecMonitor
 
     vector = gymnasium.make_vec("crowdnav/CrowdNav-v0", num_envs=environments, **asdict(config))
     env = VecMonitor(SB3VecEnv(vector), info_keywords=("is_success",))

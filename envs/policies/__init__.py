@@ -30,7 +30,7 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
         # Torch and Stable-Baselines3 take seconds to import; the other policies need neither.
         from envs.policies.ppo import PPOPolicy
 
-        return PPOPolicy(Path(spec))
+        return PPOPolicy(Path(spec), config)
     raise ValueError(
         f"unknown policy {spec!r}; known are straight, mppi, or the folder of a trained PPO policy"
     )

@@ -1,0 +1,34 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+from envs.config import CrowdNavConfig
+from envs.policies import MPPIPolicy, StraightPolicy, make_policy
+
+LOAD = "import json, sys, envs.policies; print(json.dumps(sorted(sys.modules)))"
+
+
+def test_policies_load_without_the_simulator_and_without_torch():
+    output = subprocess.run(
+        [sys.executable, "-c", LOAD], check=True, capture_output=True, text=True
+    ).stdout
+    loaded = set(json.loads(output))
+    assert "envs.policies.mppi" in loaded
+    assert not loaded & {"pymunk", "crowdsim.world", "torch", "stable_baselines3"}
+
+
+def test_policies_are_made_by_name():
+    assert isinstance(make_policy("straight", CrowdNavConfig()), StraightPolicy)
+    assert isinstance(make_policy("mppi", CrowdNavConfig()), MPPIPolicy)
+
+
+def test_an_unknown_policy_is_refused_with_the_known_ones():
+    with pytest.raises(ValueError, match=r"'mpc'.*straight, mppi"):
+        make_policy("mpc", CrowdNavConfig())
+
+
+def test_a_folder_without_a_policy_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"policy\.json"):
+        make_policy(str(tmp_path), CrowdNavConfig())
