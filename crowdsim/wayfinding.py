@@ -161,7 +161,8 @@ def _free_cells(world_map: Map, clearance: float) -> tuple[BoolArray, FloatArray
 def _nearest_free(free: BoolArray) -> NDArray[np.int64]:
     """Flat index `(H, W)` of the free cell nearest to each cell."""
     labels = np.where(free, np.arange(1, free.size + 1).reshape(free.shape), 0)
-    return np.asarray(expand_labels(labels, distance=sum(free.shape)) - 1)
+    near = expand_labels(labels, distance=sum(free.shape))  # type: ignore[no-untyped-call]
+    return np.asarray(near - 1)
 
 
 @njit(cache=True)

@@ -1,0 +1,68 @@
+"""Sorting bodies into square cells, so that finding neighbors costs linear time."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+@njit(cache=True)
+def build_cell_list(
+    bodies: FloatArray, present: BoolArray, size: float
+) -> tuple[IntArray, IntArray, int]:
+    """Sort the present bodies by cell.
+
+    The cells may come out larger than asked for, so that a few people far away from each other
+    do not need more cells than there are bodies.
+
+    Args:
+        bodies: `(M, >=2)` x and y first [m].
+        present: `(M,)` which of them to sort.
+        size: least edge of a cell [m].
+
+    Returns:
+        members: indices of the present bodies, cell by cell, row by row, stable in each cell.
+        starts: `(rows * columns + 1,)` where each cell begins in `members`.
+        columns: cells per row.
+    """
+    count, low_x, low_y, high_x, high_y = _extent(bodies, present)
+    rows, columns = _shape(high_x - low_x, high_y - low_y, size)
+    while rows * columns > 4 * count + 16:
+        size *= 2
+        rows, columns = _shape(high_x - low_x, high_y - low_y, size)
+    cells = np.empty(len(bodies), dtype=np.int64)
+    starts = np.zeros(rows * columns + 2, dtype=np.int64)
+    for body in range(len(bodies)):
+        if present[body]:
+            row = int((bodies[body, 1] - low_y) / size)
+            cells[body] = row * columns + int((bodies[body, 0] - low_x) / size)
+            starts[cells[body] + 2] += 1
+    starts = np.cumsum(starts)
+    members = np.empty(count, dtype=np.int64)
+    for body in range(len(bodies)):
+        if present[body]:
+            members[starts[cells[body] + 1]] = body
+            starts[cells[body] + 1] += 1
+    return members, starts[:-1], columns
+
+
+@njit(cache=True)
+def _extent(bodies: FloatArray, present: BoolArray) -> tuple[int, float, float, float, float]:
+    """Count the present bodies and bound them: count, low x, low y, high x, high y."""
+    count, low_x, low_y, high_x, high_y = 0, np.inf, np.inf, -np.inf, -np.inf
+    for body in range(len(bodies)):
+        if present[body]:
+            count += 1
+            low_x, high_x = min(low_x, bodies[body, 0]), max(high_x, bodies[body, 0])
+            low_y, high_y = min(low_y, bodies[body, 1]), max(high_y, bodies[body, 1])
+    if count == 0:
+        return 0, 0.0, 0.0, 0.0, 0.0
+    return count, low_x, low_y, high_x, high_y
+
+
+@njit(cache=True)
+def _shape(width: float, height: float, size: float) -> tuple[int, int]:
+    return int(height / size) + 1, int(width / size) + 1

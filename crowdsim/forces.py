@@ -1,0 +1,220 @@
+"""The social force model: what makes a pedestrian speed up, slow down and turn aside.
+
+The acceleration of pedestrian i is (Helbing and Molnár 1995, in the circular form and with the
+anisotropy of Helbing, Farkas, Molnár and Vicsek 2002; all terms per unit of mass)
+
+    a_i = (v0_i e_i - v_i) / tau_i                                                    goal drive
+        + sum_j A exp((r_ij - d_ij) / B) n_ij (lambda + (1 - lambda)(1 + cos phi_ij) / 2)  people
+        + A_w exp((r_i - D_i) / B_w) n_iw                                                  walls
+        + sigma xi_i                                                                       whim
+
+with e_i where i wants to go, r_ij the sum of the radii, d_ij the distance of the centers, n_ij the
+unit vector from j to i, phi_ij the angle between e_i and the direction in which i sees j, D_i the
+distance to the nearest wall, and xi_i white noise.
+"""
+
+import math
+from dataclasses import astuple, dataclass, fields
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from crowdsim import distance_field
+from crowdsim.cell_list import build_cell_list
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+RecordArray = NDArray[np.void]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SocialForce:
+    """Parameters of the model.
+
+    Attributes:
+        repulsion: A, of people who touch [m/s^2].
+        repulsion_range: B, distance in which it falls by a factor of e [m].
+        anisotropy: lambda, weight of those behind against those ahead, 0 to 1.
+        wall_repulsion: A_w, of a wall that is touched [m/s^2].
+        wall_range: B_w [m].
+        interaction_range: people farther apart than this ignore each other [m].
+        whim: sigma, strength of the white noise [m/s^1.5]; it breaks perfect symmetry.
+        max_speed_ratio: nobody walks faster than this times the desired speed (1.3 in Helbing
+            and Molnár 1995).
+    """
+
+    repulsion: float = 3.0
+    repulsion_range: float = 0.4
+    anisotropy: float = 0.2
+    wall_repulsion: float = 3.0
+    wall_range: float = 0.15
+    interaction_range: float = 4.0
+    whim: float = 0.1
+    max_speed_ratio: float = 1.3
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            ValueError: if a parameter is not finite, negative, or a range is zero.
+        """
+        for name, value in zip((f.name for f in fields(self)), astuple(self), strict=True):
+            if not (np.isfinite(value) and value >= 0):
+                raise ValueError(f"{name}: expected a finite value >= 0, found {value}")
+        if min(self.repulsion_range, self.wall_range, self.interaction_range) == 0:
+            raise ValueError("repulsion_range, wall_range, interaction_range: expected > 0")
+        if self.anisotropy > 1:
+            raise ValueError(f"anisotropy: expected 0 to 1, found {self.anisotropy}")
+
+    def record(self) -> RecordArray:
+        """Give the parameters as the one-row record array that the kernels take."""
+        dtype = [(parameter.name, np.float64) for parameter in fields(self)]
+        return np.array([astuple(self)], dtype=dtype)
+
+
+@njit(cache=True)
+def goal_drive(
+    desired_speed: float, direction: float, velocity: float, relaxation_time: float
+) -> float:
+    """Acceleration (v0 e - v) / tau along one axis [m/s^2]."""
+    return (desired_speed * direction - velocity) / relaxation_time
+
+
+@njit(cache=True)
+def repulsion(strength: float, reach: float, gap: float) -> float:
+    """Acceleration A exp(-gap / B) of two surfaces that are `gap` apart [m/s^2].
+
+    It is minus the gradient of the potential A B exp(-gap / B).
+    """
+    return strength * math.exp(-gap / reach)
+
+
+@njit(cache=True)
+def sight(anisotropy: float, cos_phi: float) -> float:
+    """Weight lambda + (1 - lambda) (1 + cos phi) / 2 of somebody seen under the angle phi."""
+    return anisotropy + (1 - anisotropy) * (1 + cos_phi) / 2
+
+
+@njit(cache=True)
+def accelerations(
+    bodies: FloatArray,
+    present: BoolArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    desired_speed: FloatArray,
+    relaxation_time: FloatArray,
+    noise: FloatArray,
+    dt: float,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
+    model: RecordArray,
+) -> FloatArray:
+    """Accelerations `(M, 2)` [m/s^2] of all bodies, computed from one snapshot.
+
+    Args:
+        bodies: `(M, 4)` x, y, vx, vy; the N pedestrians first, then perhaps the robot.
+        present: `(M,)` who is felt by the others.
+        radius: `(M,)` [m].
+        direction: `(M, 2)` wanted direction e, shorter than 1 for who wants to be slow.
+        desired_speed: `(N,)` [m/s].
+        relaxation_time: `(N,)` [s].
+        noise: `(N, 2)` standard normal draws for this step.
+        dt: its length [s].
+        wall_grid: `(H, W, 3)` grid of a `DistanceField`.
+        wall_origin: `(2,)` its origin [m].
+        wall_cell: its spacing [m].
+        model: parameters, as `SocialForce.record` gives them.
+    """
+    total = people_repulsion(bodies, present, radius, direction, model)
+    whim = model[0].whim / math.sqrt(dt)
+    for i in range(len(desired_speed)):
+        distance, away_x, away_y = distance_field.sample(
+            wall_grid, wall_origin, wall_cell, bodies[i, 0], bodies[i, 1]
+        )
+        wall = repulsion(model[0].wall_repulsion, model[0].wall_range, distance - radius[i])
+        away = away_x, away_y
+        for axis in range(2):
+            drive = goal_drive(
+                desired_speed[i], direction[i, axis], bodies[i, 2 + axis], relaxation_time[i]
+            )
+            total[i, axis] += drive + wall * away[axis] + whim * noise[i, axis]
+    return total
+
+
+@njit(cache=True)
+def people_repulsion(
+    bodies: FloatArray,
+    present: BoolArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    model: RecordArray,
+) -> FloatArray:
+    """Repulsion `(M, 2)` [m/s^2] of each present body by the others within the range."""
+    members, starts, columns = build_cell_list(bodies, present, model[0].interaction_range)
+    sorted_bodies, sorted_radius = bodies[members], radius[members]
+    sorted_direction = direction[members]
+    sorted_total = np.zeros((len(members), 2))
+    for cell in range(len(starts) - 1):
+        last_column = cell % columns == columns - 1
+        above = cell + columns
+        first_above = starts[min(above - (cell % columns > 0), len(starts) - 1)]
+        end_above = starts[min(above + (1 if last_column else 2), len(starts) - 1)]
+        end_right = starts[cell + (1 if last_column else 2)]
+        for a in range(starts[cell], starts[cell + 1]):
+            for b in range(a + 1, end_right):
+                _repel(a, b, sorted_bodies, sorted_radius, sorted_direction, model, sorted_total)
+            for b in range(first_above, end_above):
+                _repel(a, b, sorted_bodies, sorted_radius, sorted_direction, model, sorted_total)
+    total = np.zeros((len(bodies), 2))
+    total[members] = sorted_total
+    return total
+
+
+@njit(cache=True)
+def _repel(
+    a: int,
+    b: int,
+    bodies: FloatArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    model: RecordArray,
+    total: FloatArray,
+) -> None:
+    """Add the repulsion between two bodies to both, if they are within the range."""
+    dx, dy = bodies[a, 0] - bodies[b, 0], bodies[a, 1] - bodies[b, 1]
+    squared = dx * dx + dy * dy
+    if squared >= model[0].interaction_range ** 2 or squared == 0:
+        return
+    distance = math.sqrt(squared)
+    nx, ny = dx / distance, dy / distance
+    gap = distance - radius[a] - radius[b]
+    strength = repulsion(model[0].repulsion, model[0].repulsion_range, gap)
+    on_a = strength * sight(model[0].anisotropy, -nx * direction[a, 0] - ny * direction[a, 1])
+    on_b = strength * sight(model[0].anisotropy, nx * direction[b, 0] + ny * direction[b, 1])
+    total[a, 0] += on_a * nx
+    total[a, 1] += on_a * ny
+    total[b, 0] -= on_b * nx
+    total[b, 1] -= on_b * ny
+
+
+@njit(cache=True)
+def robot_repulsion(
+    bodies: FloatArray,
+    present: BoolArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    model: RecordArray,
+) -> FloatArray:
+    """Repulsion between the last body, the robot, and each present other [m/s^2].
+
+    Returns:
+        `(M, 2)` what each feels from the robot; in the last row what the robot feels from all.
+    """
+    total = np.zeros((len(bodies), 2))
+    robot = len(bodies) - 1
+    for i in range(robot):
+        if present[i]:
+            _repel(i, robot, bodies, radius, direction, model, total)
+    return total

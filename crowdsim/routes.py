@@ -1,0 +1,226 @@
+"""Where each pedestrian walks to, and what happens on arrival."""
+
+import math
+
+import numpy as np
+import shapely
+from numba import njit
+from numpy.typing import NDArray
+
+from crowdsim.map import Map
+from crowdsim.pedestrians import Pedestrians
+from crowdsim.wayfinding import AnchorArray, geodesic_field, next_point
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+ARRIVAL_DISTANCE = 0.5
+"""A waypoint counts as reached within this distance [m]."""
+
+STOPPING_TIME = 1.0
+"""Who is going to stop slows down when the goal is this near at the desired speed [s]."""
+
+ENTRY_GAP = 0.2
+"""Free space around somebody who enters [m]."""
+
+STRAIGHT_CLEARANCE = 1.0
+"""Ways that stay this far from all walls need no way-finding, even for who is pushed aside [m]."""
+
+GOAL_SPACING = 0.5
+"""Waypoints within such a square share the way there, up to the last glimpse [m]."""
+
+STRAIGHT = -1
+STOP, RETURN, RESPAWN = 0, 1, 2
+_ON_ARRIVAL = {"stop": STOP, "return": RETURN, "respawn": RESPAWN}
+
+
+class Routes:
+    """The pedestrians' ways from waypoint to waypoint.
+
+    Attributes:
+        points: `(N, G + 1, 2)` start and waypoints [m].
+        legs: `(N,)` index in `points` of the one being walked to.
+        onward: `(N,)` +1 on the way out, -1 on the way back.
+    """
+
+    def __init__(self, pedestrians: Pedestrians, world_map: Map, on_arrival: str) -> None:
+        """Plan all ways, around the obstacles where there are any."""
+        self.points: FloatArray = np.concatenate(
+            [pedestrians.position[:, None], pedestrians.waypoints], axis=1
+        )
+        self.legs: IntArray = np.ones(len(pedestrians), dtype=np.int64)
+        self.onward: IntArray = np.ones(len(pedestrians), dtype=np.int64)
+        self._on_arrival = _ON_ARRIVAL[on_arrival]
+        self._start_velocity = pedestrians.velocity
+        self._next_id = len(pedestrians)
+        self._anchors, self._fields, self._origin = _plan(self.points, world_map)
+
+    @property
+    def goals(self) -> FloatArray:
+        """Points `(N, 2)` that the pedestrians are walking to now [m]."""
+        return self.points[np.arange(len(self.legs)), self.legs]
+
+    def steer(self, bodies: FloatArray, desired_speed: FloatArray, direction: FloatArray) -> None:
+        """Write the wanted directions `(N, 2)` into the first rows of `direction`.
+
+        They have length 1, less for people who slow down because they stop at their goal.
+
+        Args:
+            bodies: `(M, 4)` x, y, vx, vy, pedestrians first.
+            desired_speed: `(N,)` [m/s].
+            direction: `(M, 2)`, changed in place.
+        """
+        stops_at = self.points.shape[1] - 1 if self._on_arrival == STOP else -1
+        _steer(
+            bodies,
+            desired_speed,
+            self.points,
+            self.legs,
+            self._fields,
+            self._anchors,
+            self._origin,
+            stops_at,
+            direction,
+        )
+
+    def advance(
+        self, bodies: FloatArray, radius: FloatArray, present: BoolArray, ids: IntArray
+    ) -> None:
+        """Send those who arrived to their next waypoint, out of the scene, or in again.
+
+        Args:
+            bodies: `(M, 4)`, changed in place for those who leave or enter.
+            radius: `(M,)` [m].
+            present: `(M,)`, changed in place likewise.
+            ids: `(N,)`; in place, everybody who enters gets an id never used before.
+        """
+        self._next_id = _advance(
+            bodies,
+            radius,
+            present,
+            ids,
+            self._next_id,
+            self.points,
+            self.legs,
+            self.onward,
+            self._start_velocity,
+            self._on_arrival,
+        )
+
+
+def _plan(points: FloatArray, world_map: Map) -> tuple[AnchorArray, IntArray, FloatArray]:
+    """Find the geodesic fields that lead to the points `(N, G + 1, 2)`.
+
+    Returns:
+        anchors: `(F, H, W)` of all fields.
+        fields: `(N, G + 1)` which field leads to which point, `STRAIGHT` where none is needed.
+        origin: `(2,)` of the fields' grid [m].
+    """
+    fields = np.full(points.shape[:2], STRAIGHT, dtype=np.int64)
+    rows, legs = np.nonzero(_needs_field(points, world_map))
+    if len(rows) == 0:
+        return np.zeros((0, 0, 0), dtype=np.int32), fields, np.zeros(2)
+    places = np.round(points[rows, legs] / GOAL_SPACING) * GOAL_SPACING
+    distinct, field_of = np.unique(places, axis=0, return_inverse=True)
+    fields[rows, legs] = field_of
+    ways = [geodesic_field(world_map, place) for place in distinct]
+    return np.stack([way.anchors for way in ways]), fields, ways[0].origin
+
+
+def _needs_field(points: FloatArray, world_map: Map) -> BoolArray:
+    """Whether walls come near the straight lines that lead to the points `(N, G + 1)`."""
+    near = np.zeros(points.shape[:2], dtype=np.bool_)
+    if len(world_map.segments) == 0 or len(points) == 0:
+        return near
+    walls = shapely.multilinestrings(shapely.linestrings(world_map.segments))
+    lines = shapely.linestrings(np.stack([points[:, :-1], points[:, 1:]], axis=2))  # (N, G)
+    blocked = shapely.dwithin(lines, walls, STRAIGHT_CLEARANCE)
+    near[:, 1:] |= blocked
+    near[:, :-1] |= blocked
+    return near
+
+
+@njit(cache=True)
+def park(bodies: FloatArray, index: int) -> None:
+    """Put an absent body where it meets nobody; each has a place of its own."""
+    bodies[index, 0] = 1e4 + 10.0 * index
+    bodies[index, 1] = -1e4
+    bodies[index, 2:] = 0.0
+
+
+@njit(cache=True)
+def _steer(
+    bodies: FloatArray,
+    desired_speed: FloatArray,
+    points: FloatArray,
+    legs: IntArray,
+    fields: IntArray,
+    anchors: AnchorArray,
+    origin: FloatArray,
+    stops_at: int,
+    direction: FloatArray,
+) -> None:
+    for i in range(len(legs)):
+        x, y = bodies[i, 0], bodies[i, 1]
+        aim_x, aim_y = points[i, legs[i], 0], points[i, legs[i], 1]
+        field = fields[i, legs[i]]
+        if field != STRAIGHT:
+            aim_x, aim_y = next_point(anchors[field], origin, points[i, legs[i]], x, y)
+        length = math.hypot(aim_x - x, aim_y - y)
+        if legs[i] == stops_at:
+            length = max(length, desired_speed[i] * STOPPING_TIME)
+        direction[i, 0] = (aim_x - x) / length if length > 0 else 0.0
+        direction[i, 1] = (aim_y - y) / length if length > 0 else 0.0
+
+
+@njit(cache=True)
+def _advance(
+    bodies: FloatArray,
+    radius: FloatArray,
+    present: BoolArray,
+    ids: IntArray,
+    next_id: int,
+    points: FloatArray,
+    legs: IntArray,
+    onward: IntArray,
+    start_velocity: FloatArray,
+    on_arrival: int,
+) -> int:
+    """Do what `Routes.advance` says; gives the next unused id."""
+    last = points.shape[1] - 1
+    for i in range(len(legs)):
+        if not present[i]:
+            if _is_free(bodies, radius, present, i, points[i, 0]):
+                bodies[i, :2], bodies[i, 2:] = points[i, 0], start_velocity[i]
+                present[i], legs[i], ids[i] = True, 1, next_id
+                next_id += 1
+        elif _has_arrived(bodies[i], points[i, legs[i]]):
+            at_end = legs[i] == (last if onward[i] > 0 else 0)
+            if at_end and on_arrival == RESPAWN:
+                present[i] = False
+                park(bodies, i)
+            elif at_end and on_arrival == RETURN:
+                onward[i] = -onward[i]
+                legs[i] += onward[i]
+            elif not at_end:
+                legs[i] += onward[i]
+    return next_id
+
+
+@njit(cache=True)
+def _has_arrived(body: FloatArray, point: FloatArray) -> bool:
+    return math.hypot(point[0] - body[0], point[1] - body[1]) <= ARRIVAL_DISTANCE
+
+
+@njit(cache=True)
+def _is_free(
+    bodies: FloatArray, radius: FloatArray, present: BoolArray, index: int, place: FloatArray
+) -> bool:
+    """Whether a body has room at a place `(2,)`."""
+    for other in range(len(bodies)):
+        room = radius[index] + radius[other] + ENTRY_GAP
+        dx, dy = bodies[other, 0] - place[0], bodies[other, 1] - place[1]
+        if present[other] and dx * dx + dy * dy < room * room:
+            return False
+    return True
