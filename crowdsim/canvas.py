@@ -85,14 +85,21 @@ class Canvas:
         corners = np.array([_fixed(pixel) for pixel in pixels], dtype=np.int32)
         cv2.fillPoly(self.image, [corners], color, cv2.LINE_AA, SUBPIXEL_BITS)
 
+    def line(self, ends: NDArray[np.float64], color: Sequence[int], width: int) -> None:
+        """A straight line between two pixels (2, 2)."""
+        start, end = _fixed(ends[0]), _fixed(ends[1])
+        cv2.line(self.image, start, end, color, width, cv2.LINE_AA, SUBPIXEL_BITS)
+
     def fading_line(self, path: NDArray[np.float64], color: Color) -> None:
         """A path that fades towards its beginning."""
         pixels = project(self.pixel_from_world, path)
         for index in range(len(pixels) - 1):
             age = (index + 1) / len(pixels)
-            shade = self.under(0.5 * (pixels[index] + pixels[index + 1]), color, 0.15 + 0.6 * age)
-            ends = _fixed(pixels[index]), _fixed(pixels[index + 1])
-            cv2.line(self.image, *ends, shade, 1 + round(2.0 * age), cv2.LINE_AA, SUBPIXEL_BITS)
+            ends, middle = pixels[index : index + 2], pixels[index : index + 2].mean(axis=0)
+            width = 1 + round(2.0 * age)
+            # A pale casing keeps the line readable on dark photographs.
+            self.line(ends, self.under(middle, WHITE_RGB, 0.5 * age), width + 2)
+            self.line(ends, self.under(middle, color, 0.2 + 0.6 * age), width)
 
     def dotted_line(self, path: NDArray[np.float64], color: Color) -> None:
         """Dots that fade towards the end."""
