@@ -81,6 +81,9 @@ class CrowdNavConfig:
     time_weight: float = -0.1
 
     def __post_init__(self) -> None:
+        for name in ("robot_visible", "observe_map"):
+            if not isinstance(getattr(self, name), bool):
+                raise ValueError(f"{name} must be true or false, got {getattr(self, name)!r}")
         if self.robot not in get_args(RobotKind):
             raise ValueError(f"robot must be one of {get_args(RobotKind)}, got {self.robot!r}")
         for name in _POSITIVE:

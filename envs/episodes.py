@@ -1,0 +1,293 @@
+"""W episodes side by side: the loop in which crowd, forecasts and robot meet.
+
+The single environment is W = 1. Physics runs world by world, everything else over W at once. No
+episode depends on W, on its neighbors, or on when they end.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from crowdsim.lidar import cast_rays
+from crowdsim.map import Map
+from crowdsim.recordings import Picture
+from crowdsim.render import render_map
+from crowdsim.scenario import Scenario
+from crowdsim.scenarios import make_scenario
+from envs.config import CrowdNavConfig
+from envs.observation import WAYPOINT_DISTANCE, Observation, Observer, Task, map_crops
+from envs.perception import Percept, Perception
+from envs.recorder import Recorder
+from envs.rewards import REWARD_TERMS, Consequences, reward_terms, total
+from envs.robots import RobotState, checked_actions, make_robot
+from envs.routes import Routes
+from envs.trace import TerminationReason, Trace
+from envs.tracker import Rows
+from envs.worlds import Worlds
+from predictor.forecaster import Forecaster, make_forecaster
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StepResult:
+    """What one step of W episodes gave.
+
+    Attributes:
+        observation: Every key with W in front, fresh arrays.
+        reward: (W,) sum of the terms.
+        terminated: (W,) goal reached or contact.
+        truncated: (W,) out of time, and not terminated.
+        rewards: Named terms of the reward, (W,) each.
+        reason: Per world, why the episode ended; None while it runs.
+        forecast_seconds: (W,) mean wall-clock time per forecast since the reset [s].
+    """
+
+    observation: Observation
+    reward: Floats
+    terminated: Flags
+    truncated: Flags
+    rewards: dict[str, Floats]
+    reason: list[TerminationReason | None]
+    forecast_seconds: Floats
+
+
+class Episodes:
+    """Runs W episodes of one configuration.
+
+    Attributes:
+        config: The configuration.
+        worlds: Physics and state; read it, do not write it.
+        routes: Ways to the goals.
+        observer: Fills observations; `observer.space` is the space of one.
+        scenarios: Per world, what its episode started from.
+    """
+
+    def __init__(self, config: CrowdNavConfig, count: int, *, record: bool = False):
+        """Prepares `count` episodes; `record` keeps a `Trace` of each.
+
+        Raises:
+            ValueError: The forecaster's frames are not those of the configuration.
+        """
+        self.config = config
+        self.worlds = Worlds(config, count, record=record)
+        self.routes = Routes(count)
+        self.observer = Observer(config)
+        self.scenarios: dict[int, Scenario] = {}
+        self._robot = make_robot(config)
+        self._forecaster = _checked_forecaster(config)
+        self._perception = Perception(config, count, self._forecaster)
+        self._recorder = Recorder(config) if record else None
+        self._traces: dict[int, Trace] = {}
+        self._pictures: dict[int, Picture] = {}
+        self._percepts: dict[int, tuple[Percept, int]] = {}
+        self._all = np.arange(count)
+        self._steps = np.zeros(count, dtype=np.int64)
+        self._time_limit = np.ones(count)
+        self._way_left = np.zeros(count)
+        self._forecast_seconds = np.zeros(count)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def reset(
+        self, generators: Sequence[np.random.Generator], rows: Sequence[int] | None = None
+    ) -> Observation:
+        """Starts new episodes in the worlds `rows` (default: all of them).
+
+        Args:
+            generators: One per row; each spawns the streams of its episode (scenario, world), so
+                that the next episode of the same generator is another one.
+            rows: Which worlds, without repetition.
+
+        Returns:
+            Observation of those worlds, every key with R in front.
+        """
+        started = self._all if rows is None else np.asarray(rows, dtype=np.intp)
+        for world, generator in zip(started.tolist(), generators, strict=True):
+            self._start(world, generator)
+        self._perception.restart(started, self.worlds)
+        observation, percept = self._look(started)
+        self._percepts.update((world, (percept, row)) for row, world in enumerate(started.tolist()))
+        self._record(started, percept, {name: np.zeros(len(started)) for name in REWARD_TERMS})
+        return observation
+
+    def step(self, actions: ArrayLike) -> StepResult:
+        """Runs every episode on by one policy period.
+
+        Args:
+            actions: (W, 2); values beyond [-1, 1] are clipped.
+
+        Raises:
+            ValueError: Wrong shape, or a value that is not finite.
+        """
+        self._apply(checked_actions(actions, len(self)))
+        self._perception.update(self.worlds)
+        observation, percept = self._look(slice(None))
+        self._percepts = {world: (percept, world) for world in range(len(self))}
+        terms = reward_terms(self._consequences(percept), self.config)
+        terminated = self._terminated()
+        truncated = self._truncated() & ~terminated
+        reason = self._reasons(terminated | truncated)
+        self._record(self._all, percept, terms)
+        self._finish_records(reason)
+        return StepResult(
+            observation=observation,
+            reward=total(terms),
+            terminated=terminated,
+            truncated=truncated,
+            rewards=terms,
+            reason=reason,
+            forecast_seconds=self._forecast_seconds / (self._steps + 1),
+        )
+
+    def percept(self, world: int) -> tuple[Percept, int]:
+        """Returns what the robot of one world perceived last, and its row in that percept."""
+        return self._percepts[world]
+
+    def pop_traces(self) -> dict[int, Trace]:
+        """Returns, by world, the traces of the episodes that ended, and forgets them."""
+        traces, self._traces = self._traces, {}
+        return traces
+
+    def picture(self, world: int) -> Picture:
+        """Returns the ground of one world as the forecaster sees it."""
+        return _picture(self.scenarios[world].map)
+
+    def _start(self, world: int, generator: np.random.Generator) -> None:
+        scenario_rng, world_rng = generator.spawn(2)
+        name, parameters = self.config.scenario, self.config.scenario_parameters
+        scenario = make_scenario(name, scenario_rng, **parameters)
+        limit = scenario.time_limit if self.config.time_limit is None else self.config.time_limit
+        self.scenarios[world] = scenario
+        self.worlds.restart(world, scenario, world_rng)
+        self.routes.restart(world, scenario)
+        if self._forecaster is not None:
+            self._pictures[world] = _picture(scenario.map)
+        row = np.array([world])
+        self._way_left[row] = self.routes.distance(self.worlds.robots.position[row], row)
+        self._steps[world] = 0
+        self._time_limit[world] = limit
+        self._forecast_seconds[world] = 0.0
+        if self._recorder is not None:
+            way = float(self._way_left[world])
+            self._recorder.start(world, scenario, world_rng, limit, way)
+
+    def _apply(self, actions: Floats) -> None:
+        self._robot.apply(actions, self.worlds.robots)
+        self.worlds.step(self._robot)
+        self._steps += 1
+
+    def _look(self, rows: Rows) -> tuple[Observation, Percept]:
+        """Perceives, forecasts and observes in the worlds `rows`."""
+        robots = self.worlds.robots.rows(rows)
+        percept = self._perception.look(rows, self.worlds, self._pictures)
+        self._forecast_seconds[rows] += percept.forecast_seconds
+        task, lidar = self._task(robots, rows), self._lidar(robots, rows)
+        observation = self.observer.observe(percept, robots, task, lidar)
+        if self.config.observe_map:
+            pictures = [self.picture(world) for world in self._all[rows].tolist()]
+            observation["map"] = map_crops(robots, pictures)
+        return observation, percept
+
+    def _task(self, robots: RobotState, rows: Rows) -> Task:
+        worlds = self._all[rows]
+        elapsed = self._steps[rows] * self.config.policy_dt
+        return Task(
+            goal=self.routes.goal[rows],
+            waypoint=self.routes.waypoint(robots.position, worlds, WAYPOINT_DISTANCE),
+            time_left=np.maximum(0.0, 1.0 - elapsed / self._time_limit[rows]),
+        )
+
+    def _lidar(self, robots: RobotState, rows: Rows) -> Floats:
+        """Ranges (R, rays); worlds on the same map are scanned together."""
+        reach = self.config.sensor_range
+        ranges = np.full((len(robots.heading), self.config.lidar_rays), reach)
+        places: dict[Map, list[int]] = {}
+        for place, world in enumerate(self._all[rows].tolist()):
+            places.setdefault(self.scenarios[world].map, []).append(place)
+        for ground, at in places.items():
+            if len(ground.segments) > 0:
+                position, heading = robots.position[at], robots.heading[at]
+                rays = self.config.lidar_rays
+                ranges[at] = cast_rays(ground.segments, position, heading, rays, reach)
+        return ranges
+
+    def _consequences(self, percept: Percept) -> Consequences:
+        config, worlds = self.config, self.worlds
+        times = config.frame_dt * np.arange(1, config.forecast_steps + 1)
+        return Consequences(
+            progress=self._progress(),
+            reached=self._reached(),
+            collided=worlds.touched_pedestrian | worlds.touched_wall,
+            clearance=worlds.clearance_pedestrian,
+            planned=self._robot.rollout(worlds.robots, times),
+            forecast=percept.forecast,
+            neighbors_valid=percept.observed.valid,
+            neighbors_radius=percept.radius,
+        )
+
+    def _progress(self) -> Floats:
+        """How much shorter the ways have become [m]; nothing where there is no way for now."""
+        left = self.routes.distance(self.worlds.robots.position, self._all)
+        left = np.where(np.isfinite(left), left, self._way_left)
+        progress, self._way_left = self._way_left - left, left
+        return progress
+
+    def _reached(self) -> Flags:
+        """Whether the robots are at their goals and touched nothing on the way there."""
+        offset = self.routes.goal - self.worlds.robots.position
+        near = offset[:, 0] ** 2 + offset[:, 1] ** 2 < self.config.goal_radius**2
+        return near & ~self.worlds.touched_pedestrian & ~self.worlds.touched_wall
+
+    def _terminated(self) -> Flags:
+        return self._reached() | self.worlds.touched_pedestrian | self.worlds.touched_wall
+
+    def _truncated(self) -> Flags:
+        limit = np.rint(self._time_limit / self.config.policy_dt)
+        return self._steps >= limit
+
+    def _reasons(self, ended: Flags) -> list[TerminationReason | None]:
+        reasons: list[TerminationReason | None] = [None] * len(self)
+        reached = self._reached()
+        for world in np.flatnonzero(ended).tolist():
+            if self.worlds.touched_pedestrian[world]:
+                reasons[world] = "collision_pedestrian"
+            elif self.worlds.touched_wall[world]:
+                reasons[world] = "collision_wall"
+            else:
+                reasons[world] = "goal" if reached[world] else "timeout"
+        return reasons
+
+    def _record(self, rows: NDArray[np.intp], percept: Percept, terms: dict[str, Floats]) -> None:
+        """Adds a row to the traces of the worlds `rows`."""
+        if self._recorder is not None:
+            visible = self._perception.visible
+            self._recorder.add(rows, self.worlds, visible, percept, terms)
+
+    def _finish_records(self, reasons: list[TerminationReason | None]) -> None:
+        for world, reason in enumerate(reasons):
+            if self._recorder is not None and reason is not None:
+                self._traces[world] = self._recorder.finish(world, self.worlds, reason)
+
+
+def _checked_forecaster(config: CrowdNavConfig) -> Forecaster | None:
+    forecaster = make_forecaster(config.forecaster, horizon=config.horizon)
+    if forecaster is None:
+        return None
+    for name, expected in (("frame_dt", config.frame_dt), ("history_steps", config.history_steps)):
+        if getattr(forecaster, name) != expected:
+            raise ValueError(
+                f"{name} must be {getattr(forecaster, name)} for the forecaster "
+                f"{config.forecaster}, got {expected}"
+            )
+    return forecaster
+
+
+@lru_cache(maxsize=64)
+def _picture(ground: Map) -> Picture:
+    return Picture(*render_map(ground))
