@@ -39,16 +39,28 @@ class Routes:
     """The pedestrians' ways from waypoint to waypoint.
 
     Attributes:
-        points: `(N, G + 1, 2)` start and waypoints [m].
+        points: `(N, G + 1, 2)` start or entrance, and waypoints [m].
         legs: `(N,)` index in `points` of the one being walked to.
         onward: `(N,)` +1 on the way out, -1 on the way back.
     """
 
-    def __init__(self, pedestrians: Pedestrians, world_map: Map, on_arrival: str) -> None:
-        """Plan all ways, around the obstacles where there are any."""
-        self.points: FloatArray = np.concatenate(
-            [pedestrians.position[:, None], pedestrians.waypoints], axis=1
-        )
+    def __init__(
+        self,
+        pedestrians: Pedestrians,
+        world_map: Map,
+        on_arrival: str,
+        entrances: FloatArray | None = None,
+    ) -> None:
+        """Plan all ways, around the obstacles where there are any.
+
+        Args:
+            pedestrians: who walks, and where to.
+            world_map: what is in the way.
+            on_arrival: `stop`, `return` or `respawn`.
+            entrances: `(N, 2)` where people enter again [m]; None is where they start.
+        """
+        first = pedestrians.position if entrances is None else entrances
+        self.points: FloatArray = np.concatenate([first[:, None], pedestrians.waypoints], axis=1)
         self.legs: IntArray = np.ones(len(pedestrians), dtype=np.int64)
         self.onward: IntArray = np.ones(len(pedestrians), dtype=np.int64)
         self._on_arrival = _ON_ARRIVAL[on_arrival]
@@ -163,13 +175,15 @@ def _steer(
 ) -> None:
     for i in range(len(legs)):
         x, y = bodies[i, 0], bodies[i, 1]
-        aim_x, aim_y = points[i, legs[i], 0], points[i, legs[i], 1]
+        goal = points[i, legs[i]]
+        aim_x, aim_y = goal[0], goal[1]
         field = fields[i, legs[i]]
         if field != STRAIGHT:
-            aim_x, aim_y = next_point(anchors[field], origin, points[i, legs[i]], x, y)
+            aim_x, aim_y = next_point(anchors[field], origin, goal, x, y)
         length = math.hypot(aim_x - x, aim_y - y)
         if legs[i] == stops_at:
-            length = max(length, desired_speed[i] * STOPPING_TIME)
+            nearness = math.hypot(goal[0] - x, goal[1] - y) / STOPPING_TIME
+            length *= max(1.0, desired_speed[i] / nearness) if nearness > 0 else 1.0
         direction[i, 0] = (aim_x - x) / length if length > 0 else 0.0
         direction[i, 1] = (aim_y - y) / length if length > 0 else 0.0
 

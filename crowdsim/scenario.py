@@ -28,7 +28,8 @@ class Scenario:
         on_arrival: What a person does at the last waypoint: stand there (`stop`), walk the
             waypoints backwards to the start (`return`), or leave and enter again as a new person
             with a new id (`respawn`).
-        entrances: (N, 2) where each person enters again [m]; None means at the start.
+        entrances: (N, 2) where each person enters again [m]; None means at the start. People
+            start somewhere on the way from there to their first waypoint.
         robot_start: Robot's x, y [m] and heading [rad].
         robot_goal: Robot's goal x, y [m].
         time_limit: Time the robot has [s].
@@ -56,6 +57,8 @@ class Scenario:
             raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
         if not (np.isfinite(self.time_limit) and self.time_limit > 0.0):
             raise ValueError(f"time_limit must be positive seconds, got {self.time_limit}")
+        if self.entrances is not None and self.on_arrival != "respawn":
+            raise ValueError(f"entrances need on_arrival='respawn', got {self.on_arrival!r}")
         if self.entrances is not None and self.entrances.shape != self.pedestrians.position.shape:
             raise ValueError(
                 f"entrances must be {self.pedestrians.position.shape}, got {self.entrances.shape}"

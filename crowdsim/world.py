@@ -121,7 +121,7 @@ class World:
             social_force.max_speed_ratio * self._desired_speed, LEAST_MAX_SPEED
         )
         self._set_up_bodies(pedestrians)
-        self._routes = Routes(pedestrians, scenario.map, scenario.on_arrival)
+        self._routes = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
         self._playback: Playback | None = None
         if scenario.replay is not None:
             self._ids[:] = scenario.replay.ids

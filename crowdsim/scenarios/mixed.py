@@ -5,6 +5,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from crowdsim.scenarios.urban import LAYOUTS, STREETS
+
 MIXED: Final = "mixed"
 """Name for a draw among `MIXTURE`."""
 
@@ -12,7 +14,11 @@ Parameters = dict[str, Any]
 
 
 def _urban(rng: np.random.Generator) -> Parameters:
-    return {"pedestrians": int(rng.integers(12, 41))}
+    # The first streets are those that environments draw: a predictor is not trained on them.
+    return {
+        "pedestrians": int(rng.integers(12, 41)),
+        "layout": int(rng.integers(STREETS, LAYOUTS)),
+    }
 
 
 def _circle(rng: np.random.Generator) -> Parameters:

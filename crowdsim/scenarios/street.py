@@ -22,6 +22,13 @@ LENGTH: Final = 36.0
 """Length of the street [m]."""
 DEPTH: Final = 9.0
 """Ground behind each pavement, for buildings and gardens [m]."""
+TREE_STRIP: Final = 1.1
+"""Strip along the kerb that a row of trees takes [m]."""
+WIDE_PAVEMENT: Final = 3.6
+"""Pavements from this width on may have trees along the kerb [m]."""
+CLEAR: Final = 1.05
+"""Distance that people's ways keep from buildings and trees [m]; ways this clear of obstacles cost
+the world no way-finding."""
 STRIPE: Final = 0.5
 """Width of a crosswalk's stripes and of the gaps between them [m]."""
 
@@ -36,6 +43,7 @@ class Street:
         road_half: Half width of the road [m].
         pavement: Width of the southern and the northern pavement [m].
         crosswalk: x of the crosswalk's middle and its width, in the plan [m].
+        trees: Whether trees stand along the kerb, south and north.
         alleys: (side, x) of the passages between buildings, in the plan; side is -1 or 1.
     """
 
@@ -44,11 +52,14 @@ class Street:
     road_half: float
     pavement: tuple[float, float]
     crosswalk: tuple[float, float]
+    trees: tuple[bool, bool]
     alleys: tuple[tuple[int, float], ...]
 
-    def pavement_middle(self, side: int) -> float:
-        """Plan y of the middle of the pavement on one side [m]."""
-        return side * (self.road_half + 0.5 * self.pavement[max(side, 0)])
+    def lanes(self, side: int) -> tuple[float, float]:
+        """Plan y between which people walk along one side: by the kerb, by the buildings [m]."""
+        row = max(side, 0)
+        kerb = TREE_STRIP + CLEAR if self.trees[row] else 0.4
+        return side * (self.road_half + kerb), side * (self.road_half + self.pavement[row] - CLEAR)
 
 
 @lru_cache(maxsize=256)
@@ -63,10 +74,13 @@ def street(layout: int) -> Street:
     crosswalk = (rng.uniform(-4.0, 4.0), rng.uniform(3.0, 4.5))
     surfaces = _road(road_half, crosswalk)
     alleys: list[tuple[int, float]] = []
+    rows: list[bool] = []
     for side, pavement in ((-1, south), (1, north)):
-        kerb, front = road_half, road_half + pavement
-        plots, gaps = _plots(rng, side, front)
-        surfaces += plots + _kerb_trees(rng, side, kerb, pavement, crosswalk)
+        plots, gaps = _plots(rng, side, road_half + pavement)
+        rows.append(bool(pavement >= WIDE_PAVEMENT and rng.random() < 0.6))
+        surfaces += plots
+        if rows[-1]:
+            surfaces += _kerb_trees(rng, side, road_half, crosswalk)
         alleys += [(side, x) for x in gaps]
     world_from_plan = _orientation(rng)
     return Street(
@@ -77,6 +91,7 @@ def street(layout: int) -> Street:
         road_half=road_half,
         pavement=(south, north),
         crosswalk=crosswalk,
+        trees=(rows[0], rows[1]),
         alleys=tuple(alleys),
     )
 
@@ -121,7 +136,7 @@ def _plots(rng: np.random.Generator, side: int, front: float) -> tuple[Surfaces,
         if end - right < 5.0:
             right = end
         surfaces += _plot(rng, x, right, side, front)
-        gap = rng.uniform(2.2, 3.6)
+        gap = rng.uniform(2.6, 3.8)
         if right < end:
             alleys.append(right + 0.5 * gap)
         x = right + gap
@@ -165,21 +180,15 @@ def _building(
 
 
 def _kerb_trees(
-    rng: np.random.Generator,
-    side: int,
-    kerb: float,
-    pavement: float,
-    crosswalk: tuple[float, float],
+    rng: np.random.Generator, side: int, kerb: float, crosswalk: tuple[float, float]
 ) -> Surfaces:
-    """A row of trees along the kerb of a wide pavement, with the crosswalk left free."""
-    if pavement < 3.2 or rng.random() < 0.4:
-        return []
+    """A row of trees along the kerb, with the crosswalk left free."""
     middle, width = crosswalk
     spots = np.arange(-0.5 * LENGTH + rng.uniform(1.0, 4.0), 0.5 * LENGTH - 1.0, 5.0)
     free = spots[np.abs(spots - middle) > 0.5 * width + 2.0]
     return [(Surface.TREE, _disc(x, side * (kerb + 0.6), rng.uniform(0.3, 0.45))) for x in free]
 
 
-def _disc(x: float, y: float, radius: float, corners: int = 12) -> Polygon:
+def _disc(x: float, y: float, radius: float, corners: int = 8) -> Polygon:
     angle = 2.0 * math.pi * np.arange(corners) / corners
     return np.array([x, y]) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
