@@ -9,7 +9,7 @@ from crowdsim.recordings.eth_ucy import (
     read_scene,
 )
 from crowdsim.recordings.recording import FRAME_DT, Picture, Recording, check_rate
-from crowdsim.recordings.store import read_recordings, write_recordings
+from crowdsim.recordings.store import iter_recordings, read_recordings, write_recordings
 
 __all__ = [
     "ETH_UCY_FOLDS",
@@ -19,6 +19,7 @@ __all__ = [
     "check_rate",
     "eth_ucy_fold",
     "find_data",
+    "iter_recordings",
     "read_eth_ucy",
     "read_obsmat",
     "read_recordings",
