@@ -71,7 +71,7 @@ METRICS: dict[str, Metric] = {
     "path_irregularity": Metric(
         label="path irregularity",
         unit="rad/m",
-        definition="Rotation beyond what the shortest path asks for, per metre (Guzzi et al. 2013).",
+        definition="Rotation beyond what the shortest path asks for, per metre (Guzzi 2013).",
     ),
     "speed_mean": Metric(
         label="speed, mean", unit="m/s", better="neither", definition="Robot's mean speed."

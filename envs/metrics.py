@@ -32,8 +32,8 @@ ZONES = {"intimate": 0.45, "personal": 1.2, "social": 3.6}
 INTRUSION_HORIZONS = (1.2, 4.8)
 """How far ahead [s] people's true paths are looked at for `intrusion_ratio@H`."""
 
-DELAY_WINDOW, DELAY_TOLERANCE = 10.0, 0.05
-"""A person's delay is looked for within 10 s, among twin positions equally near to 0.05 m."""
+DELAY_WINDOW, DELAY_AHEAD, DELAY_TOLERANCE = 10.0, 2.0, 0.05
+"""People may be up to 10 s late or 2 s early, judged by twin positions equally near to 0.05 m."""
 
 
 def navigation_metrics(trace: Trace, twin: TwinTrace | None = None) -> dict[str, Value]:
@@ -225,18 +225,19 @@ def pedestrian_delay(trace: Trace, twin: TwinTrace) -> float:
     """Mean time by which people are late on their own undisturbed paths at the end [s].
 
     Each person's last position is looked up on the path walked in the twin run; the difference of
-    the two times is the delay, negative for somebody who gained.
+    the two times is the delay, negative for somebody who gained. The twin should run `DELAY_AHEAD`
+    longer than the episode.
     """
     end = len(trace.position) - 1
-    reach = round(DELAY_WINDOW / trace.dt)
-    rows = np.arange(max(0, end - reach), min(len(twin.position), end + reach + 1))
+    back, ahead = round(DELAY_WINDOW / trace.dt), round(DELAY_AHEAD / trace.dt)
+    rows = np.arange(max(0, end - back), min(len(twin.position), end + ahead + 1))
     distance = np.linalg.norm(twin.position[rows] - trace.position[end], axis=-1)
     known = twin.valid[rows] & (twin.ids[rows] == trace.ids[end]) & trace.valid[end]
     distance = np.where(known, distance, np.inf)
     # People who stand are equally near to many rows; of those the one nearest in time counts.
     near = distance <= distance.min(axis=0) + DELAY_TOLERANCE
     late = end - rows
-    candidates = np.where(near & known, np.abs(late)[:, None], len(trace.position) + reach)
+    candidates = np.where(near & known, np.abs(late)[:, None], back + 1)
     chosen = late[candidates.argmin(axis=0)] * trace.dt
     return _mean_of_finite(chosen[known.any(axis=0)])
 

@@ -1,0 +1,223 @@
+"""Plots of an evaluation as inline SVG that follows the page's colors in light and dark."""
+
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from envs.metric_table import METRICS, aggregate_name
+from envs.summary import ALL_SCENARIOS
+
+ARM_COLORS = (
+    "#7f8a99",
+    "#2f6fb3",
+    "#e08a1e",
+    "#8e44ad",
+    "#1a9850",
+    "#c2476b",
+    "#3aa6a6",
+    "#8c6d46",
+)
+OUTCOME_COLORS = {
+    "success": "#1a9850",
+    "collision_pedestrian": "#d6453d",
+    "collision_wall": "#e08a1e",
+    "timeout": "#9aa3af",
+}
+INK = "#010203"
+"""Stands for the page's text color, which replaces it in the SVG."""
+
+SHOWN = (
+    "success",
+    "time_to_goal_penalized",
+    "clearance_min",
+    "intrusion_ratio@4.8",
+    "pedestrian_delay",
+    "forecast_fde",
+)
+"""Columns with a panel of their own."""
+
+STYLE = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.alpha": 0.16,
+    "grid.color": INK,
+    **dict.fromkeys(
+        ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), INK
+    ),
+}
+
+
+def outcome_plot(summary: Mapping[str, Any]) -> str:
+    """Stacked bars: how the episodes of each arm ended, one panel per scenario."""
+    scenarios = real_scenarios(summary)
+    arms = arms_of(summary)
+    with styled():
+        figure = Figure(figsize=(10.5, 0.75 + 0.3 * len(arms)))
+        panels = figure.subplots(1, len(scenarios), sharey=True, squeeze=False)[0]
+        for axes, (scenario, group) in zip(panels, scenarios.items(), strict=True):
+            left = np.zeros(len(arms))
+            for outcome, color in OUTCOME_COLORS.items():
+                shares = np.array([group["arms"][arm]["metrics"][outcome]["mean"] for arm in arms])
+                axes.barh(arms, 100 * shares, left=left, color=color, height=0.68)
+                left += 100 * shares
+            axes.set_title(scenario)
+            axes.set_xlim(0, 100)
+            axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
+            axes.grid(axis="y", visible=False)
+        panels[0].invert_yaxis()
+        return as_svg(figure, "How the episodes ended, per scenario and arm")
+
+
+def metric_plot(summary: Mapping[str, Any]) -> str:
+    """Means with 95 % intervals per scenario, one panel per metric of `SHOWN`."""
+    scenarios = real_scenarios(summary)
+    known = [key for key in SHOWN if _is_known(scenarios, key)]
+    rows = -(-len(known) // 3)
+    with styled():
+        figure = Figure(figsize=(10.5, 2.7 * rows))
+        panels = figure.subplots(rows, 3, squeeze=False).ravel()
+        for axes, key in zip(panels, known, strict=False):
+            _draw_metric(axes, scenarios, arms_of(summary), key)
+        for axes in panels[len(known) :]:
+            axes.set_axis_off()
+        return as_svg(figure, "Means with 95 % intervals, per metric, scenario and arm")
+
+
+def difference_plot(summary: Mapping[str, Any]) -> str:
+    """Paired differences to the reference with intervals, pooled over scenarios."""
+    scenarios = summary["scenarios"]
+    group = (
+        scenarios[ALL_SCENARIOS] if ALL_SCENARIOS in scenarios else next(iter(scenarios.values()))
+    )
+    arms = list(group["differences"])
+    known = [
+        key
+        for key in SHOWN
+        if any(group["differences"][arm][aggregate_name(key)]["low"] is not None for arm in arms)
+    ]
+    if not known:
+        return ""
+    colors = arm_colors(summary)
+    with styled():
+        figure = Figure(figsize=(10.5, 0.9 + 0.3 * len(arms)))
+        panels = figure.subplots(1, len(known), sharey=True, squeeze=False)[0]
+        for axes, key in zip(panels, known, strict=True):
+            factor = 100.0 if METRICS[key].kind == "share" else 1.0
+            for row, arm in enumerate(arms):
+                entry = group["differences"][arm][aggregate_name(key)]
+                _draw_interval(axes, entry, row, colors[arm], factor, horizontal=True)
+            axes.axvline(0, color=INK, linewidth=0.8, alpha=0.6)
+            unit = "points" if METRICS[key].kind == "share" else METRICS[key].unit
+            axes.set_title(_wrapped_label(key), fontsize=9.5)
+            axes.set_xlabel(unit if unit else "difference")
+            axes.set_yticks(range(len(arms)), arms)
+            axes.margins(y=0.25)
+        panels[0].invert_yaxis()
+        return as_svg(figure, f"Paired differences to {summary['reference']}")
+
+
+def arms_of(summary: Mapping[str, Any]) -> list[str]:
+    """Arms in the order of evaluation."""
+    return list(next(iter(summary["scenarios"].values()))["arms"])
+
+
+def arm_colors(summary: Mapping[str, Any]) -> dict[str, str]:
+    """One color per arm, the same in every plot and table."""
+    return {arm: ARM_COLORS[index % len(ARM_COLORS)] for index, arm in enumerate(arms_of(summary))}
+
+
+def real_scenarios(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The scenarios without the pooled one."""
+    return {name: group for name, group in summary["scenarios"].items() if name != ALL_SCENARIOS}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Plots inside this block look like the page; nothing global changes."""
+    with mpl.rc_context(STYLE):
+        yield
+
+
+def as_svg(figure: Figure, title: str) -> str:
+    """The figure as an `<svg>` element in the page's text color, with a title for readers."""
+    figure.tight_layout(pad=0.6, w_pad=1.2, h_pad=1.2)
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
+    svg = buffer.getvalue()
+    svg = svg[svg.index("<svg") :].replace(INK, "currentColor")
+    # Matplotlib numbers its ids from hashes that differ between runs unless salted; the page has
+    # several figures, so each keeps its ids apart by its title.
+    salt = re.sub(r"\W+", "-", title.lower())
+    svg = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{salt}-", svg)
+    svg = re.sub(
+        r'<svg [^>]*?viewBox="([^"]*)"[^>]*>', r'<svg role="img" viewBox="\1">', svg, count=1
+    )
+    return svg.replace(">", f"><title>{title}</title>", 1)
+
+
+def _draw_metric(axes: Axes, scenarios: Mapping[str, Any], arms: Sequence[str], key: str) -> None:
+    """One panel: a group of dots with intervals per scenario."""
+    metric = METRICS[key]
+    factor = 100.0 if metric.kind == "share" else 1.0
+    offsets = np.linspace(-0.28, 0.28, len(arms)) if len(arms) > 1 else np.zeros(1)
+    for column, group in enumerate(scenarios.values()):
+        for arm, offset, color in zip(arms, offsets, ARM_COLORS * len(arms), strict=False):
+            entry = group["arms"][arm]["metrics"][aggregate_name(key)]
+            _draw_interval(axes, entry, column + offset, color, factor, horizontal=False)
+    unit = "%" if metric.kind == "share" else metric.unit
+    axes.set_title(f"{metric.label} [{unit}]" if unit else metric.label)
+    axes.set_xticks(range(len(scenarios)), [name.replace("_", "\n") for name in scenarios])
+    axes.set_xlim(-0.5, len(scenarios) - 0.5)
+    axes.grid(axis="x", visible=False)
+    if metric.kind == "share":
+        axes.set_ylim(-3, 103)
+
+
+def _draw_interval(
+    axes: Axes,
+    entry: Mapping[str, Any],
+    place: float,
+    color: str,
+    factor: float,
+    *,
+    horizontal: bool,
+) -> None:
+    """A dot with its interval, along x or y; nothing where the mean is unknown."""
+    if entry["mean"] is None:
+        return
+    mean = factor * entry["mean"]
+    low, high = (
+        (mean, mean) if entry["low"] is None else (factor * entry["low"], factor * entry["high"])
+    )
+    span = ([low, high], [place, place]) if horizontal else ([place, place], [low, high])
+    dot = (mean, place) if horizontal else (place, mean)
+    axes.plot(*span, color=color, linewidth=2.2, solid_capstyle="round", alpha=0.75)
+    axes.plot(*dot, "o", color=color, markersize=5.5)
+
+
+def _is_known(scenarios: Mapping[str, Any], key: str) -> bool:
+    """Whether any arm has the metric in any scenario."""
+    return any(
+        arm["metrics"][aggregate_name(key)]["mean"] is not None
+        for group in scenarios.values()
+        for arm in group["arms"].values()
+    )
+
+
+def _wrapped_label(key: str) -> str:
+    """A label in two lines."""
+    return METRICS[key].label.replace(", ", ",\n").replace(" (", "\n(")

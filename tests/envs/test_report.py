@@ -1,0 +1,230 @@
+import base64
+import json
+import re
+import zlib
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hand_made_traces import DT, make_trace, walk
+
+from crowdsim.map import Map
+from crowdsim.recordings import Picture
+from envs.evaluation import (
+    Arm,
+    Evaluation,
+    EvaluationConfig,
+    RecordedEpisode,
+    ScenarioChoice,
+)
+from envs.findings import findings
+from envs.metrics import navigation_metrics
+from envs.report import build_report, write_picture, write_video
+from envs.report.page import embedded_json
+from envs.report.records import pack, pack_episode, view_bounds, view_image
+from envs.report.replay import busiest_row, history
+from envs.summary import summarize
+from envs.trace import Trace
+
+CHROMIUM = Path("/usr/bin/chromium")
+
+
+def crossing(speed: float, reason: str = "goal", *, forecast: bool = False) -> Trace:
+    """A robot that crosses the way of one person while another stands by."""
+    steps = 30
+    robot = walk((-3.0, 0.0), (speed, 0.0), steps)
+    person = walk((0.0, -3.0), (0.0, 1.2), steps)
+    changes: dict[str, Any] = {"termination_reason": reason}
+    if forecast:
+        ahead = 0.4 * np.arange(1, 4)[:, None] * np.array([0.0, 1.2])
+        changes["forecast"] = np.stack([person[:, None] + ahead, np.zeros((31, 3, 2))], axis=1)
+        changes["forecast_ids"] = np.tile([0, -1], (31, 1))
+    return make_trace(robot, [person, walk((2.0, 2.0), (0.0, 0.0), steps)], **changes)
+
+
+@pytest.fixture(scope="module")
+def evaluation() -> Evaluation:
+    """Two arms in two scenarios, four hand-made episodes each."""
+    config = EvaluationConfig(
+        arms=(Arm(policy="straight"), Arm(policy="mppi", forecaster="constant_velocity")),
+        scenarios=(ScenarioChoice(scenario="crossing"), ScenarioChoice(scenario="<replay> & co")),
+        seeds=(0, 1, 2, 3),
+    )
+    rows, recorded = [], []
+    for choice in config.scenarios:
+        for arm in config.arms:
+            for seed in config.seeds:
+                failed = arm.policy == "straight" and seed > 0
+                trace = crossing(
+                    0.8 + 0.1 * seed,
+                    "collision_pedestrian" if failed else "goal",
+                    forecast=arm.policy == "mppi",
+                )
+                keys = {"scenario": choice.name, "arm": arm.name, "seed": seed}
+                rows.append({**keys, **navigation_metrics(trace)})
+                if seed == 1:
+                    recorded.append(RecordedEpisode(**keys, trace=trace))
+    summary = {
+        "run": {"command": "crowdnav evaluate --seeds 4", "episodes": len(rows)},
+        "config": {"note": "</script><b>"},
+        **summarize(rows, reference="straight/none"),
+    }
+    summary["findings"] = findings(summary)
+    return Evaluation(config=config, rows=rows, summary=summary, recorded=recorded)
+
+
+@pytest.fixture(scope="module")
+def page(evaluation: Evaluation, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_report(evaluation, tmp_path_factory.mktemp("report") / "report.html")
+
+
+def unpack(packed: dict[str, Any]) -> np.ndarray:
+    raw = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), "<i2")
+    return np.cumsum(raw.reshape(packed["rows"], -1), axis=0, dtype=np.int16)
+
+
+def test_packed_positions_come_back_to_the_centimetre() -> None:
+    trace = crossing(1.0)
+    packed = pack_episode(RecordedEpisode(scenario="s", arm="a", seed=0, trace=trace))
+    people = unpack(packed["people"]).reshape(trace.position.shape) / 100
+    np.testing.assert_allclose(people, trace.position, atol=0.0051)
+    assert unpack(packed["ids"]).tolist() == trace.ids.tolist()
+
+
+def test_large_jumps_survive_packing() -> None:
+    values = np.array([[-30000], [30000], [-30000]])
+    np.testing.assert_array_equal(unpack(pack(values)), values)
+
+
+def test_absent_people_have_no_id() -> None:
+    trace = crossing(1.0)
+    valid = trace.valid.copy()
+    valid[5:, 1] = False
+    changed = make_trace(trace.robot_position, list(trace.position.swapaxes(0, 1)), valid=valid)
+    packed = pack_episode(RecordedEpisode(scenario="s", arm="a", seed=0, trace=changed))
+    np.testing.assert_array_equal(unpack(packed["ids"])[:, 1] >= 0, valid[:, 1])
+
+
+def test_a_photograph_is_shown_from_straight_above() -> None:
+    # 10 px per metre, image rows downwards; the red mark is at world (2, 1).
+    image = np.full((100, 100, 3), 255, np.uint8)
+    image[85:95, 15:25] = (255, 0, 0)
+    matrix = np.array([[10.0, 0.0, 0.0], [0.0, -10.0, 100.0], [0.0, 0.0, 1.0]])
+    map_ = Map(bounds=(0.0, 0.0, 10.0, 10.0), picture=Picture(image, matrix))
+    view = view_image(map_, (1.0, 0.0, 5.0, 4.0))
+    scale = view.shape[1] / 4.0
+    row, column = round((4.0 - 1.0) * scale), round((2.0 - 1.0) * scale)
+    assert view[row, column].tolist() == [255, 0, 0]
+    assert view[row - round(scale), column].tolist() == [255, 255, 255]
+
+
+def test_the_view_holds_everybody_but_no_more_than_the_map() -> None:
+    trace = crossing(1.0)
+    x_min, y_min, x_max, y_max = view_bounds(trace.scenario.map, [trace])
+    assert x_min <= -3.0 < 3.0 <= x_max
+    assert -20.0 <= y_min <= -3.0
+    assert y_max >= trace.position[..., 1].max()
+
+
+def test_the_page_asks_nobody_for_anything(page: Path) -> None:
+    text = page.read_text()
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']+""", text)
+    assert "@import" not in text
+    assert "url(http" not in text
+
+
+def test_names_and_configuration_cannot_break_the_page(page: Path) -> None:
+    text = page.read_text()
+    assert "&lt;replay&gt; &amp; co" in text
+    assert "<replay>" not in text
+    assert "</script><b>" not in text
+    assert json.loads(embedded_json({"a": "</script>"})) == {"a": "</script>"}
+    assert "</script>" not in embedded_json({"a": "</script>"})
+
+
+def test_the_tables_count_every_arm_and_say_what_they_show(
+    page: Path, evaluation: Evaluation
+) -> None:
+    text = page.read_text()
+    for sentence in evaluation.summary["findings"]:
+        assert sentence.split(":")[0] in text
+    assert text.count("time_to_goal_on_success") == 1
+    assert text.count('<span class="note">reference</span>') == 3
+
+
+def test_findings_call_a_small_difference_inconclusive(evaluation: Evaluation) -> None:
+    sentences = evaluation.summary["findings"]
+    assert any("reference straight/none reached its goal in 25%" in text for text in sentences)
+    assert any("+75.0 points" in text and "which is better" in text for text in sentences)
+
+
+def test_a_history_ends_where_the_person_was_somebody_else() -> None:
+    trace = crossing(1.0)
+    ids = trace.ids.copy()
+    ids[20:, 0] = 9
+    people = list(trace.position.swapaxes(0, 1))
+    changed = make_trace(trace.robot_position, people, ids=ids)
+    assert len(history(changed, 19, 0)) == 15
+    assert len(history(changed, 22, 0)) == 3
+
+
+def test_the_busiest_row_is_the_closest_encounter() -> None:
+    trace = crossing(1.2)
+    row = busiest_row(trace)
+    assert abs(row * DT - 2.5) < 1.0
+
+
+def test_picture_and_video_of_an_episode(tmp_path: Path) -> None:
+    trace = crossing(1.0, forecast=True)
+    write_picture(trace, tmp_path / "episode.png", title="test")
+    assert cv2.imread(str(tmp_path / "episode.png")) is not None
+    short = make_trace(trace.robot_position[:4], list(trace.position[:4].swapaxes(0, 1)))
+    write_video(short, tmp_path / "episode.webm")
+    video = cv2.VideoCapture(str(tmp_path / "episode.webm"))
+    assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(5.0)
+    count = 0
+    while video.read()[0]:
+        count += 1
+    assert count == 4 + 5
+
+
+def test_the_player_plays_in_a_browser(page: Path) -> None:
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not CHROMIUM.exists():
+        pytest.skip(f"no browser at {CHROMIUM}")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=str(CHROMIUM), args=["--no-sandbox", "--use-angle=swiftshader"]
+        )
+        tab = browser.new_page()
+        complaints: list[str] = []
+        requests: list[str] = []
+        tab.on("console", lambda message: complaints.append(message.text))
+        tab.on("pageerror", lambda error: complaints.append(str(error)))
+        tab.on("request", lambda request: requests.append(request.url))
+        tab.goto(page.as_uri())
+        tab.wait_for_selector('#player[data-ready="true"]')
+        scrub = tab.locator('[data-player="scrub"]')
+
+        tab.get_by_role("button", name="Play").click()
+        tab.wait_for_function('Number(document.querySelector("[data-player=scrub]").value) > 2')
+        tab.get_by_role("button", name="Pause").click()
+        before = tab.locator("canvas").first.screenshot()
+
+        scrub.fill("30")
+        assert "6.0 s of 6.0 s" in tab.locator('[data-player="time"]').inner_text()
+        assert tab.locator("canvas").first.screenshot() != before
+        captions = tab.locator("figcaption").all_inner_texts()
+        assert captions[0] == "mppi/constant_velocity: goal reached at 6.0 s"
+        assert captions[1] == "straight/none: contact with a pedestrian at 6.0 s"
+
+        tab.locator("#player").focus()
+        tab.keyboard.press("ArrowLeft")
+        assert float(scrub.input_value()) == 29.0
+        tab.locator('[data-player="group"]').select_option("1")
+        tab.wait_for_function('document.querySelector("[data-player=scrub]").value === "0"')
+        assert complaints == []
+        assert all(url.startswith(("file:", "data:", "blob:")) for url in requests)
+        browser.close()
