@@ -4,6 +4,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
 from envs.config import make_config
@@ -14,7 +15,7 @@ from envs.robots import action_space
 from envs.trace import Trace
 
 
-class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]]):
+class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]], EzPickle):
     """A robot on its way through a crowd that reacts to it.
 
     Keywords are the fields of `envs.config.CrowdNavConfig`, `render_mode` and `record`.
@@ -30,6 +31,8 @@ class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]]):
     * **Info**: `rewards`; at the end also `is_success`, `termination_reason` (goal,
       collision_pedestrian, collision_wall, timeout) and `forecast_seconds`, the mean wall-clock
       time of a forecast in this episode.
+
+    A copy or pickle is a new environment of the same configuration that waits for its reset.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 5}  # noqa: RUF012
@@ -41,6 +44,7 @@ class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]]):
         Raises:
             ValueError: An unknown keyword or a bad value.
         """
+        EzPickle.__init__(self, render_mode=render_mode, record=record, **keywords)
         config = make_config(**keywords)
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")

@@ -16,7 +16,7 @@ from crowdsim.map import Map
 from crowdsim.recordings import Picture
 from crowdsim.render import render_map
 from crowdsim.scenario import Scenario
-from crowdsim.scenarios import make_scenario
+from crowdsim.scenarios import SCENARIOS, make_scenario
 from envs.config import CrowdNavConfig
 from envs.observation import WAYPOINT_DISTANCE, Observation, Observer, Task, map_crops
 from envs.perception import Percept, Perception
@@ -71,8 +71,11 @@ class Episodes:
         """Prepares `count` episodes; `record` keeps a `Trace` of each.
 
         Raises:
-            ValueError: The forecaster's frames are not those of the configuration.
+            ValueError: An unknown scenario, or a forecaster with other frames than `config`.
         """
+        if config.scenario not in SCENARIOS:
+            known = ", ".join(SCENARIOS)
+            raise ValueError(f"scenario must be one of {known}, got {config.scenario!r}")
         self.config = config
         self.worlds = Worlds(config, count, record=record)
         self.routes = Routes(count)
