@@ -18,6 +18,9 @@ BoolArray = NDArray[np.bool_]
 ARRIVAL_DISTANCE = 0.5
 """A waypoint counts as reached within this distance [m]."""
 
+PASSING_DISTANCE = 1.5
+"""So does one that is behind somebody this near: who was pushed past it does not turn back [m]."""
+
 STOPPING_TIME = 1.0
 """Who is going to stop slows down when the goal is this near at the desired speed [s]."""
 
@@ -209,7 +212,7 @@ def _advance(
                 bodies[i, :2], bodies[i, 2:] = points[i, 0], start_velocity[i]
                 present[i], legs[i], ids[i] = True, 1, next_id
                 next_id += 1
-        elif _has_arrived(bodies[i], points[i, legs[i]]):
+        elif _has_arrived(bodies[i], points[i, legs[i] - onward[i]], points[i, legs[i]]):
             at_end = legs[i] == (last if onward[i] > 0 else 0)
             if at_end and on_arrival == RESPAWN:
                 present[i] = False
@@ -223,8 +226,12 @@ def _advance(
 
 
 @njit(cache=True)
-def _has_arrived(body: FloatArray, point: FloatArray) -> bool:
-    return math.hypot(point[0] - body[0], point[1] - body[1]) <= ARRIVAL_DISTANCE
+def _has_arrived(body: FloatArray, before: FloatArray, point: FloatArray) -> bool:
+    """Whether a body is at a waypoint, or past it as seen from the one before."""
+    dx, dy = body[0] - point[0], body[1] - point[1]
+    distance = math.hypot(dx, dy)
+    is_past = dx * (point[0] - before[0]) + dy * (point[1] - before[1]) > 0
+    return distance <= ARRIVAL_DISTANCE or (is_past and distance <= PASSING_DISTANCE)
 
 
 @njit(cache=True)
