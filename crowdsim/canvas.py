@@ -91,15 +91,14 @@ class Canvas:
         cv2.line(self.image, start, end, color, width, cv2.LINE_AA, SUBPIXEL_BITS)
 
     def fading_line(self, path: NDArray[np.float64], color: Color) -> None:
-        """A path that fades towards its beginning."""
+        """A path that fades towards its beginning, on a casing that dark photographs need."""
         pixels = project(self.pixel_from_world, path)
-        for index in range(len(pixels) - 1):
-            age = (index + 1) / len(pixels)
-            ends, middle = pixels[index : index + 2], pixels[index : index + 2].mean(axis=0)
-            width = 1 + round(2.0 * age)
-            # A pale casing keeps the line readable on dark photographs.
-            self.line(ends, self.under(middle, WHITE_RGB, 0.5 * age), width + 2)
-            self.line(ends, self.under(middle, color, 0.2 + 0.6 * age), width)
+        for shade, alpha, casing in ((WHITE_RGB, 0.5, 2), (color, 0.75, 0)):
+            for index in range(len(pixels) - 1):
+                age = (index + 1) / len(pixels)
+                ends = pixels[index : index + 2]
+                mixed = self.under(ends.mean(axis=0), shade, alpha * age)
+                self.line(ends, mixed, 1 + round(2.0 * age) + casing)
 
     def dotted_line(self, path: NDArray[np.float64], color: Color) -> None:
         """Dots that fade towards the end."""

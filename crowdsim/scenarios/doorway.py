@@ -55,19 +55,16 @@ def narrow_doorway(
         x = sign * rng.uniform(SIDE, room_length - SIDE)
         return np.array([x, rng.uniform(SIDE - 0.5 * room_width, 0.5 * room_width - SIDE)])
 
-    def route(index: int) -> NDArray[np.float64]:
-        own = side[index]
-        if index // 2 >= round(crossing * pedestrians) / 2:
-            return np.stack([in_room(own), in_room(own), in_room(own)])
-        before, behind = [own * 0.8, 0.0], [-own * 0.8, 0.0]
-        return np.stack([np.array(before), np.array(behind), in_room(-own)])
+    def goal(index: int) -> NDArray[np.float64]:
+        crosses = index // 2 < round(crossing * pedestrians) / 2
+        return in_room(-side[index] if crosses else side[index])
 
     start = place(pedestrians, lambda index: in_room(side[index]), keep_away=[(-robot_x, 0.0)])
-    routes = np.array([route(index) for index in range(pedestrians)]).reshape(-1, 3, 2)
+    goals = np.array([goal(index) for index in range(pedestrians)]).reshape(-1, 2)
     return Scenario(
         name="narrow_doorway",
         map=_two_rooms(door_width, room_length, room_width),
-        pedestrians=Pedestrians.draw(rng, position=start, waypoints=routes),
+        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goals),
         on_arrival="return",
         robot_start=(-robot_x, 0.0, 0.0),
         robot_goal=(robot_x, 0.0),

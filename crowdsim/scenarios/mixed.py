@@ -37,18 +37,18 @@ def _corridor(rng: np.random.Generator) -> Parameters:
 def _doorway(rng: np.random.Generator) -> Parameters:
     return {
         "pedestrians": int(rng.integers(4, 13)),
-        "door_width": round(rng.uniform(1.1, 2.0), 1),
+        "door_width": round(rng.uniform(1.2, 2.4), 1),
         "room_length": round(rng.uniform(5.0, 9.0), 1),
         "room_width": round(rng.uniform(5.0, 9.0), 1),
-        "crossing": rng.uniform(0.3, 0.9),
+        "crossing": rng.uniform(0.2, 0.7),
     }
 
 
 MIXTURE: Final[dict[str, tuple[float, Callable[[np.random.Generator], Parameters]]]] = {
-    "urban_crossing": (0.5, _urban),
+    "urban_crossing": (0.45, _urban),
     "circular_crossing": (0.2, _circle),
-    "parallel_traffic": (0.15, _corridor),
-    "narrow_doorway": (0.15, _doorway),
+    "parallel_traffic": (0.25, _corridor),
+    "narrow_doorway": (0.1, _doorway),
 }
 """Share of the recordings, and the distribution of the parameters, of each scenario in `mixed`."""
 

@@ -14,6 +14,8 @@ STREETS: Final = 64
 """Streets that are drawn from unless one is asked for; physics keeps what it derives from them."""
 LAYOUTS: Final = 100_000
 """Number of different streets."""
+ALONG: Final = 3.0
+"""How much likelier people come from, or go to, an end of a pavement than an alley."""
 END: Final = 0.6
 """People enter and leave this far inside the street's ends [m]."""
 WAYPOINTS: Final = 5
@@ -87,7 +89,8 @@ def _robot_task(
 def _draw_route(rng: np.random.Generator, plan: Street) -> NDArray[np.float64]:
     """Origin and `WAYPOINTS` waypoints (1 + G, 2) in the plan."""
     gates = _gates(plan)
-    first, second = rng.choice(len(gates), 2, replace=False)
+    weights = np.array([1.0 if is_alley else ALONG for _, _, is_alley in gates])
+    first, second = rng.choice(len(gates), 2, replace=False, p=weights / weights.sum())
     origin, goal = gates[first], gates[second]
     lane = rng.uniform(-1.0, 1.0)
     points = [_gate_point(plan, origin, lane)]
