@@ -4,6 +4,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
@@ -52,8 +53,8 @@ class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]], EzPickle):
         self.render_mode = render_mode
         self.episodes = Episodes(config, 1, record=record)
         space = self.episodes.observer.space
-        self.observation_space = flattened_space(space) if self.flat else space
-        self.action_space = action_space(config)
+        self.observation_space: spaces.Dict = flattened_space(space) if self.flat else space  # type: ignore[assignment]
+        self.action_space: spaces.Box = action_space(config)  # type: ignore[assignment]
         self._trace: Trace | None = None
 
     @property

@@ -222,7 +222,7 @@ class Episodes:
 
     def _consequences(self, percept: Percept) -> Consequences:
         config, worlds = self.config, self.worlds
-        times = config.frame_dt * np.arange(1, config.forecast_steps + 1)
+        times = np.arange(1.0, config.forecast_steps + 1.0) * config.frame_dt
         return Consequences(
             progress=self._progress(),
             reached=self._reached(),

@@ -124,7 +124,9 @@ def robot_space(config: CrowdNavConfig) -> spaces.Box:
         "time_left": (0.0, 1.0),
     }
     low, high = zip(*(bounds[name] for name in ROBOT_FIELDS), strict=True)
-    return spaces.Box(np.float32(low), np.float32(high), dtype=np.float32)
+    return spaces.Box(
+        np.array(low, dtype=np.float32), np.array(high, dtype=np.float32), dtype=np.float32
+    )
 
 
 def history_bound(config: CrowdNavConfig) -> float:

@@ -60,8 +60,11 @@ def reward_terms(step: Consequences, config: CrowdNavConfig) -> dict[str, Floats
 
 
 def total(terms: dict[str, Floats]) -> Floats:
-    """Returns the reward (W,): the terms summed in their order."""
-    return sum((terms[name] for name in REWARD_TERMS), np.zeros_like(terms["time"]))
+    """Returns the reward (W,): the terms summed, always in the same order."""
+    reward: Floats = np.zeros_like(terms["time"])
+    for name in REWARD_TERMS:
+        reward += terms[name]
+    return reward
 
 
 def discomfort(step: Consequences, config: CrowdNavConfig) -> Floats:

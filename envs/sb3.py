@@ -32,9 +32,10 @@ class SB3VecEnv(VecEnv):
         self.env = env
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
-    def reset(self) -> Observation:  # type: ignore[override]
+    def reset(self) -> Observation:
         """Starts all episodes, with the seeds that `seed` has set."""
-        observation, _ = self.env.reset(seed=self._seeds)
+        seeds: Any = self._seeds  # Gymnasium's annotation leaves out the list that it documents
+        observation, _ = self.env.reset(seed=seeds)
         self._reset_seeds()
         self._reset_options()
         return observation
@@ -43,7 +44,7 @@ class SB3VecEnv(VecEnv):
         """Keeps the actions for `step_wait`."""
         self._actions = actions
 
-    def step_wait(  # type: ignore[override]
+    def step_wait(
         self,
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], list[dict[str, Any]]]:
         """Takes the step; see `stable_baselines3.common.vec_env.VecEnv.step_wait`."""
@@ -79,8 +80,8 @@ class SB3VecEnv(VecEnv):
         """Returns False for each: nothing can be wrapped around one sub-environment."""
         return [False for _ in self._get_indices(indices)]
 
-    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
-        """Returns a picture of each world."""
+    def get_images(self) -> Sequence[Any]:
+        """Returns a picture (H, W, 3) of each world, or None without a render mode."""
         frames = self.env.render()
         return [None] * self.num_envs if frames is None else list(frames)
 

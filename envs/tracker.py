@@ -1,10 +1,12 @@
 """What the robot remembers of whom it saw: positions by slot, cleared when the person changes."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+Scalar = TypeVar("Scalar", bound=np.generic)
 Rows = slice | NDArray[np.intp]
 """Which of the W worlds: all of them as a slice (no copy), or some by index."""
 
@@ -84,7 +86,7 @@ class Observed:
     valid: NDArray[np.bool_]
     ids: NDArray[np.int64]
 
-    def take(self, values: NDArray[np.float64], axis: int = 1) -> NDArray[np.float64]:
+    def take(self, values: NDArray[Scalar], axis: int = 1) -> NDArray[Scalar]:
         """Picks the observed columns of `values`, which has W first and slots at `axis`."""
         shape = [1] * values.ndim
         shape[0], shape[axis] = self.slot.shape

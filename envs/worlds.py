@@ -49,7 +49,7 @@ class Crowd:
     @property
     def columns(self) -> int:
         """Number of columns N."""
-        return self.valid.shape[1]
+        return len(self.valid[0])
 
     def widened(self, columns: int) -> "Crowd":
         """Returns the same crowd with more columns."""
