@@ -22,7 +22,7 @@ def _urban(rng: np.random.Generator) -> Parameters:
 
 
 def _circle(rng: np.random.Generator) -> Parameters:
-    return {"pedestrians": int(rng.integers(6, 25)), "radius": round(rng.uniform(5.0, 9.0), 1)}
+    return {"pedestrians": int(rng.integers(6, 25)), "radius": round(rng.uniform(5.0, 10.0), 1)}
 
 
 def _corridor(rng: np.random.Generator) -> Parameters:
@@ -45,9 +45,9 @@ def _doorway(rng: np.random.Generator) -> Parameters:
 
 
 MIXTURE: Final[dict[str, tuple[float, Callable[[np.random.Generator], Parameters]]]] = {
-    "urban_crossing": (0.45, _urban),
+    "urban_crossing": (0.4, _urban),
     "circular_crossing": (0.2, _circle),
-    "parallel_traffic": (0.25, _corridor),
+    "parallel_traffic": (0.3, _corridor),
     "narrow_doorway": (0.1, _doorway),
 }
 """Share of the recordings, and the distribution of the parameters, of each scenario in `mixed`."""

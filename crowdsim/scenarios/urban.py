@@ -14,8 +14,8 @@ STREETS: Final = 64
 """Streets that are drawn from unless one is asked for; physics keeps what it derives from them."""
 LAYOUTS: Final = 100_000
 """Number of different streets."""
-ALONG: Final = 3.0
-"""How much likelier people come from, or go to, an end of a pavement than an alley."""
+STRAIGHT: Final = 0.4
+"""Share of people who walk along one pavement from end to end; the others' ends are any gates."""
 END: Final = 0.6
 """People enter and leave this far inside the street's ends [m]."""
 WAYPOINTS: Final = 5
@@ -88,10 +88,7 @@ def _robot_task(
 
 def _draw_route(rng: np.random.Generator, plan: Street) -> NDArray[np.float64]:
     """Origin and `WAYPOINTS` waypoints (1 + G, 2) in the plan."""
-    gates = _gates(plan)
-    weights = np.array([1.0 if is_alley else ALONG for _, _, is_alley in gates])
-    first, second = rng.choice(len(gates), 2, replace=False, p=weights / weights.sum())
-    origin, goal = gates[first], gates[second]
+    origin, goal = _draw_gates(rng, plan)
     lane = rng.uniform(-1.0, 1.0)
     points = [_gate_point(plan, origin, lane)]
     if origin[2]:
@@ -104,10 +101,15 @@ def _draw_route(rng: np.random.Generator, plan: Street) -> NDArray[np.float64]:
     return np.array(points + [end] * (WAYPOINTS + 1 - len(points)))
 
 
-def _gates(plan: Street) -> list[Gate]:
+def _draw_gates(rng: np.random.Generator, plan: Street) -> tuple[Gate, Gate]:
     end = 0.5 * LENGTH - END
     pavements: list[Gate] = [(side, x, False) for side in (-1, 1) for x in (-end, end)]
-    return pavements + [(side, x, True) for side, x in plan.alleys]
+    if rng.random() < STRAIGHT:
+        side, x, _ = pavements[rng.integers(len(pavements))]
+        return (side, x, False), (side, -x, False)
+    gates = pavements + [(side, x, True) for side, x in plan.alleys]
+    first, second = rng.choice(len(gates), 2, replace=False)
+    return gates[first], gates[second]
 
 
 def _gate_point(plan: Street, gate: Gate, lane: float) -> NDArray[np.float64]:
