@@ -6,137 +6,48 @@ One row per episode is the primary result; means, intervals and differences deri
 import dataclasses
 import io
 import json
+import os
 import platform
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from crowdsim.recordings.store import write_atomic
-from envs.config import CrowdNavConfig, make_config
+from crowdsim.scenarios import make_scenario
+from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
+from envs.config import CrowdNavConfig
 from envs.findings import findings
+from envs.metric_table import METRICS
 from envs.metrics import DELAY_AHEAD, Value, navigation_metrics
+from envs.policies import make_policy
 from envs.runs import run_episodes
 from envs.summary import summarize
 from envs.trace import Trace
 from envs.twin import run_twin
 from envs.workers import run_tasks
 from predictor.checkpoint import source_revision
+from predictor.forecaster import make_forecaster
+
+__all__ = [
+    "Arm",
+    "Evaluation",
+    "EvaluationConfig",
+    "RecordedEpisode",
+    "ScenarioChoice",
+    "cross",
+    "evaluate",
+    "write_evaluation",
+]
 
 Row = dict[str, Value]
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Arm:
-    """One of the things compared: a policy that is shown the forecasts of a forecaster.
-
-    Attributes:
-        policy: What `envs.policies.make_policy` takes.
-        forecaster: What `CrowdNavConfig.forecaster` takes.
-        settings: Further keywords of `CrowdNavConfig` that only this arm has.
-        title: Name in tables; "" names it after policy and forecaster.
-    """
-
-    policy: str
-    forecaster: str = "none"
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    title: str = ""
-
-    @property
-    def name(self) -> str:
-        """Name in tables; a policy or forecaster given as a path goes by its last part."""
-        if self.title:
-            return self.title
-        return f"{Path(self.policy).name}/{Path(self.forecaster).name}"
-
-
-@dataclass(frozen=True, kw_only=True)
-class ScenarioChoice:
-    """A scenario to evaluate in.
-
-    Attributes:
-        scenario: Name in `crowdsim.scenarios.SCENARIOS`.
-        parameters: Its keywords.
-        title: Name in tables; "" takes the scenario's.
-    """
-
-    scenario: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    title: str = ""
-
-    @property
-    def name(self) -> str:
-        """Name in tables."""
-        return self.title if self.title else self.scenario
-
-
-@dataclass(frozen=True, kw_only=True)
-class EvaluationConfig:
-    """What is compared, where, and how often.
-
-    Attributes:
-        arms: Each runs all episodes.
-        scenarios: Where.
-        seeds: One episode per seed, arm and scenario.
-        reference: Name of the arm that differences are taken against; "" takes the first.
-        environment: Keywords of `CrowdNavConfig` for all arms.
-        workers: Processes; they change how long it takes and nothing else.
-        width: Episodes side by side in a process; likewise.
-        replays: Seeds per scenario whose episodes the report plays.
-        replay_candidates: Number of first seeds those are chosen among.
-        statistics_seed: Seeds the bootstrap.
-
-    Raises:
-        ValueError: Nothing to compare, a name twice, an unknown reference, or a count below 1.
-    """
-
-    arms: tuple[Arm, ...]
-    scenarios: tuple[ScenarioChoice, ...]
-    seeds: tuple[int, ...]
-    reference: str = ""
-    environment: Mapping[str, Any] = field(default_factory=dict)
-    workers: int = 1
-    width: int = 8
-    replays: int = 1
-    replay_candidates: int = 6
-    statistics_seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name, values in (
-            ("arms", [arm.name for arm in self.arms]),
-            ("scenarios", [choice.name for choice in self.scenarios]),
-            ("seeds", list(self.seeds)),
-        ):
-            if not values or len(set(values)) < len(values):
-                raise ValueError(f"{name}: expected at least one and each once, found {values}")
-        if self.reference and self.reference not in [arm.name for arm in self.arms]:
-            names = ", ".join(arm.name for arm in self.arms)
-            raise ValueError(f"reference: expected one of {names}, found {self.reference!r}")
-        for name in ("workers", "width"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name}: expected at least 1, found {getattr(self, name)}")
-
-    @property
-    def reference_arm(self) -> str:
-        """Name of the reference."""
-        return self.reference if self.reference else self.arms[0].name
-
-    def environment_of(self, arm: Arm, choice: ScenarioChoice) -> CrowdNavConfig:
-        """The environment of one arm in one scenario."""
-        return make_config(
-            **{
-                **self.environment,
-                **arm.settings,
-                "forecaster": arm.forecaster,
-                "scenario": choice.scenario,
-                "scenario_parameters": dict(choice.parameters),
-            }
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,15 +99,6 @@ class Task:
     width: int
 
 
-def cross(policies: Sequence[str], forecasters: Sequence[str]) -> tuple[Arm, ...]:
-    """Every policy with every forecaster."""
-    return tuple(
-        Arm(policy=policy, forecaster=forecaster)
-        for policy in policies
-        for forecaster in forecasters
-    )
-
-
 def evaluate(
     config: EvaluationConfig, *, progress: Progress | None = None, command: str = ""
 ) -> Evaluation:
@@ -211,6 +113,7 @@ def evaluate(
         ValueError: A bad name or value anywhere in `config`, before any episode is run.
     """
     started = time.perf_counter()
+    _check_names(config)
     tasks = _tasks(config)
     total = sum(len(task.seeds) for task in tasks)
     outcomes = run_tasks(
@@ -291,15 +194,44 @@ def choose_replays(
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     """Writes `episodes.parquet`, `summary.json` and `config.json`, each whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
-    sink = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist(evaluation.rows), sink, compression="zstd")
-    write_atomic(folder / "episodes.parquet", sink.getvalue())
+    write_atomic(folder / "episodes.parquet", rows_as_parquet(evaluation.rows))
     for name, content in (
         ("summary.json", evaluation.summary),
         ("config.json", evaluation.summary["config"]),
     ):
         text = json.dumps(content, indent=2, allow_nan=False) + "\n"
         write_atomic(folder / name, text.encode())
+
+
+def rows_as_parquet(rows: Sequence[Row]) -> bytes:
+    """The rows as the content of a Parquet file, one column per key; missing numbers are null."""
+    columns = {
+        key: pa.array([row[key] for row in rows], type=_column_type(key), from_pandas=True)
+        for key in rows[0]
+    }
+    sink = io.BytesIO()
+    pq.write_table(pa.table(columns), sink, compression="zstd")
+    return sink.getvalue()
+
+
+def _column_type(key: str) -> pa.DataType:
+    """Type of a column; the same whatever its rows hold."""
+    if key in ("scenario", "arm", "policy", "forecaster", "collision_role"):
+        return pa.string()
+    if key in ("seed", "forecast_count"):
+        return pa.int64()
+    is_share = key in METRICS and METRICS[key].kind == "share"
+    return pa.bool_() if is_share else pa.float64()
+
+
+def _check_names(config: EvaluationConfig) -> None:
+    """Makes every scenario, policy and forecaster once, so that a bad name fails at once."""
+    for choice in config.scenarios:
+        make_scenario(choice.scenario, np.random.default_rng(0), **choice.parameters)
+        for arm in config.arms:
+            environment = config.environment_of(arm, choice)
+            make_policy(arm.policy, environment)
+            make_forecaster(arm.forecaster, horizon=environment.horizon)
 
 
 def _tasks(config: EvaluationConfig) -> list[Task]:
@@ -324,6 +256,7 @@ def _tasks(config: EvaluationConfig) -> list[Task]:
     return sorted(tasks, key=lambda task: _CHEAPNESS.get(task.environment.forecaster, 0))
 
 
+_STATED_PACKAGES = ("torch", "numpy", "pymunk", "gymnasium")
 _CHEAPNESS = {"constant_velocity": 1, "none": 2}
 
 
@@ -349,6 +282,7 @@ def _run_facts(config: EvaluationConfig, command: str, seconds: float) -> dict[s
         "date": time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()),
         "wall time": f"{seconds:.0f} s with {config.workers} worker(s)",
         "revision": source_revision()[:12],
-        "machine": f"{platform.machine()}, Python {platform.python_version()}",
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}",
+        "versions": ", ".join(f"{name} {version(name)}" for name in _STATED_PACKAGES),
     }
     return {"command": command, **facts} if command else facts

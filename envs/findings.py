@@ -35,11 +35,11 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
-    success = group["arms"][reference]["metrics"]["success"]
-    collisions = group["arms"][reference]["metrics"]["collision_pedestrian"]
+    metrics = group["arms"][reference]["metrics"]
     return (
-        f"The reference {reference} reached its goal in {share(success)} of {success['n']} "
-        f"episodes and ended in contact with a pedestrian in {share(collisions)}."
+        f"In {metrics['success']['n']} episodes the reference {reference} reached its goal in "
+        f"{share(metrics['success'])} and ended in contact with a pedestrian in "
+        f"{share(metrics['collision_pedestrian'])}; brackets hold 95 % intervals."
     )
 
 
@@ -56,20 +56,18 @@ def _success_sentence(
 
 def _other_sentence(arm: str, reference: str, differences: Mapping[str, Any]) -> str:
     keys = [key for key in COMPARED if differences[aggregate_name(key)]["mean"] is not None]
-    conclusive, open_ = [], []
+    conclusive: list[str] = []
+    open_: list[str] = []
     for key in keys:
         difference = differences[aggregate_name(key)]
         if difference["verdict"] == "inconclusive":
             open_.append(METRICS[key].label)
         else:
             text = difference_text(difference, METRICS[key])
-            conclusive.append(f"{METRICS[key].label} {difference['verdict']} ({text})")
-    parts = []
-    if conclusive:
-        parts.append("; ".join(conclusive))
+            conclusive.append(f"{difference['verdict']} in {METRICS[key].label} by {text}")
     if open_:
-        parts.append(f"inconclusive in {_listed(open_)}")
-    return f"{arm} against {reference} otherwise: {'; '.join(parts)}."
+        conclusive.append(f"inconclusive in {_listed(open_)}")
+    return f"{arm} against {reference} otherwise: {'; '.join(conclusive)}."
 
 
 def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
@@ -88,28 +86,30 @@ def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
 
 def share(entry: Mapping[str, Any]) -> str:
     """A proportion with its interval in percent."""
-    return f"{entry['mean']:.0%} (95 % interval {entry['low']:.0%} to {entry['high']:.0%})"
+    return f"{100 * entry['mean']:.0f} % [{100 * entry['low']:.0f}, {100 * entry['high']:.0f}]"
 
 
 def number(entry: Mapping[str, Any], metric: Metric) -> str:
-    """A mean with its interval and unit."""
-    unit = f" {metric.unit}" if metric.unit else ""
-    return f"{entry['mean']:.2f}{unit}{_interval_text(entry, 1.0, '.2f')}"
+    """A mean with its unit and interval."""
+    return f"{entry['mean']:.2f}{_unit(metric)}{_interval_text(entry, 1.0, '.2f')}"
 
 
 def difference_text(entry: Mapping[str, Any], metric: Metric) -> str:
     """A signed difference with its interval; proportions in percentage points."""
     if metric.kind == "share":
         return f"{100 * entry['mean']:+.1f} points{_interval_text(entry, 100.0, '+.1f')}"
-    unit = f" {metric.unit}" if metric.unit else ""
-    return f"{entry['mean']:+.2f}{unit}{_interval_text(entry, 1.0, '+.2f')}"
+    return f"{entry['mean']:+.2f}{_unit(metric)}{_interval_text(entry, 1.0, '+.2f')}"
+
+
+def _unit(metric: Metric) -> str:
+    return f" {metric.unit}" if metric.unit else ""
 
 
 def _interval_text(entry: Mapping[str, Any], factor: float, style: str) -> str:
-    """Bracketed interval, or a word on why there is none."""
+    """Bracketed interval, or why there is none."""
     if entry["low"] is None:
         return " (too few episodes for an interval)"
-    return f" (95 % interval {factor * entry['low']:{style}} to {factor * entry['high']:{style}})"
+    return f" [{factor * entry['low']:{style}}, {factor * entry['high']:{style}}]"
 
 
 def _verdict_words(verdict: str) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from envs.config import CrowdNavConfig
 from envs.episodes import Episodes
-from envs.policies import Policy, make_policy
+from envs.policies import make_policy
 from envs.trace import Trace
 
 

@@ -5,9 +5,10 @@
 
 const RECORDS = JSON.parse(document.getElementById("records").textContent);
 const TRAIL_SECONDS = 2.8;
+const TRUTHS = 8; // true paths are drawn for this many people nearest to the robot
 const COLORS = {
   person: "#2f6fb3", unseen: "#8a93a0", robot: "#e4572e", goal: "#1a9850",
-  forecast: "#8e44ad", truth: "#111827", history: "#2f6fb3",
+  forecast: "#8e44ad", truth: "#111827", history: "#2f6fb3", contact: "#d6152b",
 };
 
 async function decode(packed) {
@@ -172,14 +173,23 @@ class Stage {
     }
   }
 
+  nearestSeen(row) {
+    const e = this.episode;
+    const [x, y] = e.robotAt(row);
+    const near = [];
+    for (let n = 0; n < e.record.count; n += 1) {
+      if (e.id(row, n) < 0 || !e.seen[row * e.record.count + n]) continue;
+      const [px, py] = e.person(row, n);
+      near.push([Math.hypot(px - x, py - y), n]);
+    }
+    return near.sort((a, b) => a[0] - b[0]).slice(0, TRUTHS).map((pair) => pair[1]);
+  }
+
   drawTruth(row) {
     const e = this.episode;
     const ahead = Math.min(e.last, row + Math.round(e.record.horizon / e.record.dt));
-    for (let n = 0; n < e.record.count; n += 1) {
-      const id = e.id(row, n);
-      if (id >= 0 && e.seen[row * e.record.count + n]) {
-        this.line(this.stretch(n, row, ahead, id), COLORS.truth, 0.05, 0.75);
-      }
+    for (const n of this.nearestSeen(row)) {
+      this.line(this.stretch(n, row, ahead, e.id(row, n)), COLORS.truth, 0.05, 0.8);
     }
   }
 
@@ -232,6 +242,16 @@ class Stage {
     }
     this.disc(at, e.record.robot_radius, COLORS.robot, 1, "#ffffff");
     this.nose(at, Math.cos(heading), Math.sin(heading), e.record.robot_radius);
+    if (t >= e.last && e.record.outcome.startsWith("collision")) this.ring(at);
+  }
+
+  ring([x, y]) {
+    const c = this.context;
+    c.beginPath();
+    c.arc(this.x(x), this.y(y), 0.75 * this.scale, 0, 2 * Math.PI);
+    c.lineWidth = 0.12 * this.scale;
+    c.strokeStyle = COLORS.contact;
+    c.stroke();
   }
 
   describe(t) {
@@ -251,6 +271,7 @@ class Player {
     this.episodes = RECORDS.episodes.map((record) => new Episode(record));
     this.time = 0;
     this.playing = false;
+    this.choice = 0;
     this.images = new Map();
     this.fillGroups();
     this.listen();
@@ -308,11 +329,14 @@ class Player {
 
   async choose() {
     this.pause();
+    this.choice += 1;
+    const choice = this.choice;
     const group = RECORDS.groups[this.find("group").value];
     const view = RECORDS.views[group.view];
     const chosen = ["left", "right"].map((side) => this.find(side).value);
     const shown = chosen.map((value) => (value === "" ? null : this.episodes[Number(value)]));
     const [image] = await Promise.all([this.image(view.image), ...shown.map((e) => e?.load())]);
+    if (choice !== this.choice) return; // a later choice has overtaken this one
     this.stages.forEach((stage, i) => { stage.root.hidden = shown[i] === null; });
     this.stages.forEach((stage, i) => {
       stage.episode = null;

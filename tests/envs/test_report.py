@@ -156,7 +156,7 @@ def test_the_tables_count_every_arm_and_say_what_they_show(
 
 def test_findings_call_a_small_difference_inconclusive(evaluation: Evaluation) -> None:
     sentences = evaluation.summary["findings"]
-    assert any("reference straight/none reached its goal in 25%" in text for text in sentences)
+    assert any("reference straight/none reached its goal in 25 %" in text for text in sentences)
     assert any("+75.0 points" in text and "which is better" in text for text in sentences)
 
 

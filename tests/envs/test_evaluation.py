@@ -1,0 +1,221 @@
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from envs.config import make_config
+from envs.evaluation import (
+    Arm,
+    Evaluation,
+    EvaluationConfig,
+    ScenarioChoice,
+    cross,
+    evaluate,
+    write_evaluation,
+)
+from envs.metric_table import METRICS
+from envs.runs import run_episode, run_episodes
+from envs.summary import ALL_SCENARIOS, summarize
+
+FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 4})
+DOOR = ScenarioChoice(scenario="narrow_doorway", parameters={"pedestrians": 4}, title="door")
+
+
+def small_config(**changes: Any) -> EvaluationConfig:
+    fields: dict[str, Any] = {
+        "arms": (Arm(policy="straight"), Arm(policy="straight", forecaster="constant_velocity")),
+        "scenarios": (FEW, DOOR),
+        "seeds": (0, 1, 2),
+        "environment": {"time_limit": 6.0},
+    }
+    return EvaluationConfig(**(fields | changes))
+
+
+@pytest.fixture(scope="module")
+def evaluation() -> Evaluation:
+    return evaluate(small_config(), command="crowdnav evaluate")
+
+
+def comparable(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows without wall-clock time, and with NaN equal to itself."""
+    return [{key: str(value) for key, value in row.items() if key != "forecast_ms"} for row in rows]
+
+
+def test_one_row_per_episode_with_every_metric(evaluation: Evaluation) -> None:
+    assert len(evaluation.rows) == 2 * 2 * 3
+    assert all(set(METRICS) <= set(row) for row in evaluation.rows)
+    keys = [(row["scenario"], row["arm"], row["seed"]) for row in evaluation.rows]
+    assert keys[:4] == [
+        ("circular_crossing", "straight/none", 0),
+        ("circular_crossing", "straight/none", 1),
+        ("circular_crossing", "straight/none", 2),
+        ("circular_crossing", "straight/constant_velocity", 0),
+    ]
+    for row in evaluation.rows:
+        ends = ("success", "collision_pedestrian", "collision_wall", "timeout")
+        assert sum(bool(row[end]) for end in ends) == 1
+
+
+def test_arms_meet_the_same_episodes(evaluation: Evaluation) -> None:
+    # The straight policy ignores forecasts: with and without them its episodes are the same.
+    forecast_columns = {"arm", "forecaster", "forecast_ade", "forecast_fde", "forecast_count"}
+    with_, without = (
+        [
+            {key: value for key, value in row.items() if key not in forecast_columns}
+            for row in comparable(evaluation.rows)
+            if row["arm"] == arm
+        ]
+        for arm in ("straight/none", "straight/constant_velocity")
+    )
+    assert with_ == without
+
+
+def test_workers_and_width_change_nothing(evaluation: Evaluation) -> None:
+    counts: list[tuple[int, int]] = []
+    other = evaluate(
+        small_config(workers=2, width=2), progress=lambda done, of: counts.append((done, of))
+    )
+    assert comparable(other.rows) == comparable(evaluation.rows)
+    for name, group in evaluation.summary["scenarios"].items():
+        ours = group["arms"]["straight/none"]["metrics"]["clearance_min"]
+        assert (
+            other.summary["scenarios"][name]["arms"]["straight/none"]["metrics"]["clearance_min"]
+            == ours
+        )
+    assert counts[-1] == (12, 12)
+    assert counts == sorted(counts)
+
+
+def test_an_episode_does_not_depend_on_those_beside_it() -> None:
+    config = make_config(
+        scenario="circular_crossing",
+        scenario_parameters={"pedestrians": 4},
+        forecaster="constant_velocity",
+        time_limit=5.0,
+    )
+    together = dict(run_episodes(config, "mppi", [3, 4, 5, 6, 7], width=2))
+    assert sorted(together) == [3, 4, 5, 6, 7]
+    alone = run_episode(config, "mppi", 6)
+    np.testing.assert_array_equal(together[6].robot_position, alone.robot_position)
+    np.testing.assert_array_equal(together[6].position, alone.position)
+    np.testing.assert_array_equal(together[6].forecast, alone.forecast)
+
+
+def test_the_crowd_is_compared_with_its_twin(evaluation: Evaluation) -> None:
+    moved = [float(row["pedestrian_displacement"] or 0) for row in evaluation.rows]
+    assert all(np.isfinite(moved))
+    assert max(moved) > 0.01
+    assert min(moved) >= 0.0
+
+
+def test_an_invisible_robot_displaces_nobody_it_does_not_touch() -> None:
+    result = evaluate(
+        small_config(
+            arms=(Arm(policy="straight"),),
+            scenarios=(
+                ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 2}),
+            ),
+            seeds=tuple(range(6)),
+            environment={"time_limit": 6.0, "robot_visible": False},
+        )
+    )
+    untouched = [row for row in result.rows if not row["collision_pedestrian"]]
+    assert untouched
+    for row in untouched:
+        assert row["pedestrian_displacement"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_replay_cannot_react_and_says_so(data_root: Path) -> None:
+    choice = ScenarioChoice(
+        scenario="replay",
+        parameters={"data": str(data_root / "eth_ucy"), "scene": "crowds_zara01"},
+        title="zara",
+    )
+    result = evaluate(small_config(scenarios=(choice,), arms=(Arm(policy="straight"),)))
+    assert all(np.isnan(float(row["pedestrian_delay"] or 0)) for row in result.rows)
+    entry = result.summary["scenarios"]["zara"]["arms"]["straight/none"]["metrics"]
+    assert entry["pedestrian_delay"] == {"mean": None, "low": None, "high": None, "n": 0}
+
+
+def test_written_results_read_back(evaluation: Evaluation, tmp_path: Path) -> None:
+    write_evaluation(evaluation, tmp_path / "out")
+    table = pq.read_table(tmp_path / "out" / "episodes.parquet")
+    assert table.num_rows == 12
+    assert str(table.schema.field("success").type) == "bool"
+    assert str(table.schema.field("collision_role").type) == "string"
+    goals = table.column("time_to_goal").to_pylist()
+    assert [time is not None for time in goals] == table.column("success").to_pylist()
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["run"]["command"] == "crowdnav evaluate"
+    assert summary["scenarios"]["door"]["arms"]["straight/none"]["n"] == 3
+    assert summary["scenarios"][ALL_SCENARIOS]["arms"]["straight/none"]["n"] == 6
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "config.json",
+        "episodes.parquet",
+        "summary.json",
+    ]
+
+
+def test_replays_are_of_all_arms_from_one_seed(evaluation: Evaluation) -> None:
+    for scenario in ("circular_crossing", "door"):
+        kept = [item for item in evaluation.recorded if item.scenario == scenario]
+        assert [item.arm for item in kept] == ["straight/none", "straight/constant_velocity"]
+        assert len({item.seed for item in kept}) == 1
+
+
+def test_a_summary_pairs_by_seed_and_not_by_order() -> None:
+    def row(arm: str, seed: int, clearance: float) -> dict[str, Any]:
+        missing = {key: metric.kind == "share" or np.nan for key, metric in METRICS.items()}
+        return {**missing, "scenario": "s", "arm": arm, "seed": seed, "clearance_min": clearance}
+
+    rows = [row("a", seed, seed) for seed in (0, 1, 2, 3)]
+    rows += [row("b", seed, seed + 1) for seed in (3, 1, 0, 2)]
+    summary = summarize(rows, reference="a")
+    difference = summary["scenarios"]["s"]["differences"]["b"]["clearance_min"]
+    assert (difference["mean"], difference["low"], difference["high"]) == (1.0, 1.0, 1.0)
+    assert difference["verdict"] == "better"
+    with pytest.raises(ValueError, match="same seeds"):
+        summarize(rows[:-1], reference="a")
+
+
+def test_names_of_arms() -> None:
+    assert Arm(policy="runs/ppo", forecaster="models/fast").name == "ppo/fast"
+    assert [arm.name for arm in cross(["mppi"], ["none", "constant_velocity"])] == [
+        "mppi/none",
+        "mppi/constant_velocity",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"arms": ()}, "arms"),
+        ({"seeds": (1, 1)}, "seeds"),
+        ({"scenarios": (FEW, FEW)}, "scenarios"),
+        ({"reference": "mppi/none"}, "straight/none"),
+        ({"workers": 0}, "workers"),
+        ({"scenarios": (ScenarioChoice(scenario="x", title="all"),)}, "all"),
+    ],
+)
+def test_a_senseless_comparison_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        small_config(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"scenarios": (FEW, ScenarioChoice(scenario="moon"))}, "circular_crossing"),
+        ({"arms": (Arm(policy="straight"), Arm(policy="clever"))}, "mppi"),
+        ({"arms": (Arm(policy="straight", forecaster="crystal_ball"),)}, "constant_velocity"),
+        ({"environment": {"speed": 1.0}}, "max_speed"),
+    ],
+)
+def test_a_bad_name_fails_before_anything_runs(changes: dict[str, Any], message: str) -> None:
+    counts: list[int] = []
+    with pytest.raises((ValueError, FileNotFoundError), match=message):
+        evaluate(small_config(**changes), progress=lambda done, of: counts.append(done))
+    assert counts == []
