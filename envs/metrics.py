@@ -153,7 +153,8 @@ def time_to_collision(trace: Trace) -> Floats:
     seconds = np.where(meets, seconds, COLLISION_COURSE_LIMIT)
     seconds = np.where(c <= 0, 0.0, seconds)
     seconds = np.where(trace.valid, seconds, COLLISION_COURSE_LIMIT)
-    return np.minimum(seconds, COLLISION_COURSE_LIMIT).min(axis=1, initial=COLLISION_COURSE_LIMIT)
+    first: Floats = seconds.min(axis=1, initial=COLLISION_COURSE_LIMIT)
+    return first
 
 
 def intrusion(trace: Trace, horizon: float) -> dict[str, Value]:
@@ -193,7 +194,8 @@ def distance_to_true_paths(trace: Trace, horizon: float) -> Floats:
             trace.robot_position[now, None], position[before], position[later]
         )
         nearest[now] = np.where(same, np.minimum(nearest[now], distance), nearest[now])
-    return (nearest - trace.radius).min(axis=1, initial=np.inf)
+    outermost: Floats = (nearest - trace.radius).min(axis=1, initial=np.inf)
+    return outermost
 
 
 def progress(trace: Trace) -> dict[str, Value]:

@@ -17,8 +17,8 @@ CAUTION = (
     "Differences are paired: both arms ran the same episodes from the same seeds. Intervals are "
     "95 % and not corrected for the number of comparisons; inconclusive means that the interval "
     "of the difference contains zero, not that there is no difference. An episode ends at the "
-    "first contact, so an arm that collides early has had less time to intrude, to delay anybody or to "
-    "stall: read those metrics beside the success rate."
+    "first contact, so an arm that collides early has had less time to intrude, to delay anybody "
+    "or to stall: read those metrics beside the success rate."
 )
 
 PROTOCOL = (

@@ -43,7 +43,7 @@ SHOWN = (
 )
 """Columns with a panel of their own."""
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "font.family": "sans-serif",
     "font.size": 10,

@@ -45,7 +45,8 @@ def player_records(recorded: Sequence[RecordedEpisode], reference: str) -> dict[
     groups: dict[tuple[str, int], list[int]] = {}
     for index, episode in enumerate(recorded):
         groups.setdefault((episode.scenario, episode.seed), []).append(index)
-    views, listed = [], []
+    views: list[dict[str, Any]] = []
+    listed: list[dict[str, Any]] = []
     for (scenario, seed), members in groups.items():
         arms = [recorded[index].arm for index in members]
         beside = arms.index(reference) if reference in arms and len(arms) > 1 else -1

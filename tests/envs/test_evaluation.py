@@ -115,9 +115,7 @@ def test_an_invisible_robot_displaces_nobody_it_does_not_touch() -> None:
     result = evaluate(
         small_config(
             arms=(Arm(policy="straight"),),
-            scenarios=(
-                ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 2}),
-            ),
+            scenarios=(ScenarioChoice(scenario="parallel_traffic", parameters={"pedestrians": 4}),),
             seeds=tuple(range(6)),
             environment={"time_limit": 6.0, "robot_visible": False},
         )
