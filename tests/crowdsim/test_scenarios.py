@@ -160,6 +160,7 @@ def test_replay_gives_the_robot_the_way_of_somebody_left_out(data_root, scene):
     crowd, row = scenario.replay, scenario.replay_start
     assert crowd.valid.shape[1] == len(scenario.pedestrians)
     assert (np.diff(crowd.frames) == crowd.frame_step).all()
+    assert crowd.mean_speed < 1.5  # biwi_eth at its true rate, not that of the standard file
     start, goal = np.array(scenario.robot_start[:2]), np.array(scenario.robot_goal)
     assert np.linalg.norm(goal - start) >= 6.0
     present = crowd.positions[row, crowd.valid[row]]
