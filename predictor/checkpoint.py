@@ -1,4 +1,4 @@
-"""Checkpoints: weights as safetensors, everything else as JSON beside them. Nothing is unpickled."""
+"""Checkpoints: weights as safetensors, all else as JSON beside them. Nothing is unpickled."""
 
 import hashlib
 import json
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from safetensors import SafetensorError
 from safetensors.torch import load as load_safetensors
 from safetensors.torch import save as save_safetensors
 
@@ -69,7 +70,7 @@ def load_checkpoint(path: Path) -> tuple[IterativeAttention, dict[str, Any]]:
         )
     with torch.random.fork_rng(devices=[]):
         model = IterativeAttention(ModelConfig.from_dict(description["config"]))
-    _load_state(model, load_safetensors(weights), path)
+    _load_state(model, _read_state(weights, path), path)
     return model.eval(), description
 
 
@@ -85,6 +86,13 @@ def _read_description(path: Path) -> dict[str, Any]:
     ):
         raise ValueError(f"{path}: expected the keys 'sha256' and 'config'")
     return description
+
+
+def _read_state(weights: bytes, path: Path) -> dict[str, torch.Tensor]:
+    try:
+        return load_safetensors(weights)
+    except SafetensorError as error:
+        raise ValueError(f"{path}: expected safetensors, found {error}") from error
 
 
 def _load_state(model: IterativeAttention, state: dict[str, torch.Tensor], path: Path) -> None:

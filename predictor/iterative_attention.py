@@ -68,7 +68,7 @@ class IterativeAttentionForecaster:
                 [cast(Homography, pixel_from_world)],
                 None if select is None else select[None],
             )
-            return path[0]
+            return np.asarray(path[0])
         count = len(history)
         images = [None] * count if map_images is None else list(map_images)
         homographies = [None] * count if pixel_from_world is None else list(pixel_from_world)

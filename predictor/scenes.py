@@ -36,7 +36,7 @@ def scenes(
     frame_dt: float = 0.4,
     stride: int = 1,
 ) -> Iterator[Scene]:
-    """Cut a recording into windows of consecutive *listed* frames; those without agents are left out.
+    """Cut a recording into windows of consecutive *listed* frames, all that have agents.
 
     Args:
         recording: What to cut.

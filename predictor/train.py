@@ -129,7 +129,7 @@ def fit(
                     "lower learning_rate or gradient_clip"
                 )
             optimizer.zero_grad()
-            objective.backward()
+            objective.backward()  # type: ignore[no-untyped-call]
             torch.nn.utils.clip_grad_norm_(network.parameters(), training.gradient_clip)
             optimizer.step()
             scheduler.step()
