@@ -87,7 +87,7 @@ def predicted_intrusion(step: Consequences, config: CrowdNavConfig) -> Floats:
     times = config.frame_dt * np.arange(1, config.forecast_steps + 1)
     worth = np.exp(-times / config.predicted_intrusion_decay)
     intrusion = closeness(clearance, config.discomfort_distance) * worth
-    return (intrusion * step.neighbors_valid[..., None]).max(axis=(1, 2))
+    return np.asarray(np.max(intrusion * step.neighbors_valid[..., None], axis=(1, 2)))
 
 
 def closeness(clearance: Floats, distance: float) -> Floats:

@@ -61,8 +61,12 @@ class Robot(Protocol):
     def apply(self, actions: Floats, state: RobotState) -> None:
         """Takes (W, 2) actions in [-1, 1] as the command for the next policy period."""
 
-    def physics_step(self, state: RobotState, dt: float) -> Floats:
-        """Turns for `dt` seconds and returns the (W, 2) velocities to reach, world frame."""
+    def drive(self, state: RobotState, dt: float, steps: int) -> Floats:
+        """Turns for `steps` times `dt` seconds.
+
+        Returns:
+            (W, steps, 2) velocities to reach in each of them, world frame [m/s].
+        """
 
     def rollout(self, state: RobotState, times: Floats) -> Floats:
         """Returns (W, F, 2) world positions at `times` (F,) seconds ahead if the command stays."""
@@ -84,10 +88,12 @@ class Unicycle:
         state.command[:, 1] = actions[:, 1] * self.max_angular_speed
         state.angular_speed[:] = state.command[:, 1]
 
-    def physics_step(self, state: RobotState, dt: float) -> Floats:
-        """Turns for `dt` seconds and returns the (W, 2) velocities to reach, world frame."""
-        state.heading[:] = wrap_angle(state.heading + state.angular_speed * dt)
-        return state.command[:, :1] * direction(state.heading)
+    def drive(self, state: RobotState, dt: float, steps: int) -> Floats:
+        """Turns, and returns the (W, steps, 2) velocities to reach, world frame."""
+        turn = state.angular_speed[:, None] * (dt * np.arange(1.0, steps + 1.0))
+        headings = state.heading[:, None] + turn
+        state.heading[:] = wrap_angle(headings[:, -1])
+        return state.command[:, :1, None] * direction(headings)
 
     def rollout(self, state: RobotState, times: Floats) -> Floats:
         """Returns (W, F, 2) positions on the arc that the command describes."""
@@ -111,9 +117,10 @@ class Holonomic:
         length = np.sqrt(actions[:, 0] ** 2 + actions[:, 1] ** 2)
         state.command[:] = actions * (self.max_speed / np.maximum(length, 1.0))[:, None]
 
-    def physics_step(self, state: RobotState, dt: float) -> Floats:
-        """Returns the (W, 2) velocities to reach, world frame."""
-        return to_world(state.command, state.heading)
+    def drive(self, state: RobotState, dt: float, steps: int) -> Floats:
+        """Returns the (W, steps, 2) velocities to reach, world frame."""
+        velocity = to_world(state.command, state.heading)
+        return np.repeat(velocity[:, None], steps, axis=1)
 
     def rollout(self, state: RobotState, times: Floats) -> Floats:
         """Returns (W, F, 2) positions on the straight line that the command describes."""

@@ -13,8 +13,8 @@ from envs.trace import CollisionRole
 
 Floats = NDArray[np.float64]
 
-CONTACT_IN_REACH = 0.5
-"""Nobody farther away can touch the robot within one physics step [m]."""
+FASTEST_APPROACH = 5.0
+"""People and robot do not come near each other faster than this [m/s]."""
 
 
 @dataclass(eq=False)
@@ -97,6 +97,7 @@ class Worlds:
             visible=config.robot_visible,
             max_acceleration=config.max_acceleration,
         )
+        self._in_reach = FASTEST_APPROACH * config.physics_dt
         self._worlds: dict[int, World] = {}
         self.crowd = Crowd.empty(count, 1)
         self.robots = RobotState.zeros(count)
@@ -119,13 +120,13 @@ class Worlds:
 
     def step(self, robot: Robot) -> None:
         """Runs one policy period with the commands that `robots` holds."""
+        config = self._config
+        # Plain numbers: the loop below runs for every world and physics step.
+        velocities = robot.drive(self.robots, config.physics_dt, config.physics_steps).tolist()
         for world, running in self._worlds.items():
             self._begin_period(world, running)
-        for _ in range(self._config.physics_steps):
-            velocity = robot.physics_step(self.robots, self._config.physics_dt)
-            for world, running in self._worlds.items():
-                self._physics_step(world, running, velocity[world])
-        for world, running in self._worlds.items():
+            for velocity in velocities[world]:
+                self._physics_step(world, running, velocity)
             self._read(world, running)
 
     def _begin_period(self, world: int, running: World) -> None:
@@ -136,9 +137,9 @@ class Worlds:
         self.collision_role[world] = None
         self.social_work[world] = 0.0
 
-    def _physics_step(self, world: int, running: World, robot_velocity: Floats) -> None:
-        if running.robot_clearance < CONTACT_IN_REACH:
-            self._read(world, running)
+    def _physics_step(self, world: int, running: World, robot_velocity: list[float]) -> None:
+        if running.robot_clearance < self._in_reach:
+            self._read(world, running)  # a contact may follow: keep the state before it
         running.step(robot_velocity)
         if running.robot_clearance < self.clearance_pedestrian[world]:
             self.clearance_pedestrian[world] = running.robot_clearance

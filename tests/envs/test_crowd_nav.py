@@ -97,7 +97,7 @@ def test_running_out_of_time_truncates(scene, robot):
 
 
 def test_running_into_somebody_who_stands_is_the_robots_doing(scene):
-    env = make(scene(people=(3.0, 0.0)), record=True)
+    env = make(scene(people=(3.0, 0.0)), record=True, robot_visible=False)
     _, _, terminated, _, info = run(env, AHEAD["unicycle"])
     assert terminated
     assert info["termination_reason"] == "collision_pedestrian"

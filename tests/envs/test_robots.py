@@ -21,8 +21,8 @@ def drive(robot, action, seconds, *, dt=0.001, heading=0.0):
     state.restart(0, (1.0, 2.0, heading))
     robot.apply(np.array([action], dtype=float), state)
     planned = robot.rollout(state, np.array([seconds]))[0, 0]
-    for _ in range(round(seconds / dt)):
-        state.position += robot.physics_step(state, dt) * dt
+    for velocity in np.moveaxis(robot.drive(state, dt, round(seconds / dt)), 1, 0):
+        state.position += velocity * dt
     return state, planned
 
 

@@ -160,7 +160,7 @@ def test_a_reset_without_seed_goes_on():
 
 
 def test_history_is_cleared_where_an_episode_ends_and_kept_where_it_goes_on():
-    env = gymnasium.make_vec("crowdnav/CrowdNav-v0", num_envs=4)
+    env = gymnasium.make_vec("crowdnav/CrowdNav-v0", num_envs=4, sensor_range=100.0)
     env.reset(seed=0)
     since = np.zeros(4, dtype=int)
     ends = 0
