@@ -175,13 +175,93 @@ def people_repulsion(
         end_above = starts[min(above + (1 if last_column else 2), len(starts) - 1)]
         end_right = starts[cell + (1 if last_column else 2)]
         for a in range(starts[cell], starts[cell + 1]):
-            for b in range(a + 1, end_right):
-                _repel(a, b, sorted_bodies, sorted_radius, sorted_direction, model, sorted_total)
-            for b in range(first_above, end_above):
-                _repel(a, b, sorted_bodies, sorted_radius, sorted_direction, model, sorted_total)
+            arrays = sorted_bodies, sorted_radius, sorted_direction, model, sorted_total
+            _repel(a, a + 1, end_right, *arrays)
+            _repel(a, first_above, end_above, *arrays)
     total = np.zeros((len(bodies), 2))
     total[members] = sorted_total
     return total
+
+
+@njit(cache=True)
+def _repel(
+    a: int,
+    first: int,
+    end: int,
+    bodies: FloatArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    model: RecordArray,
+    total: FloatArray,
+) -> None:
+    """Add the repulsion between body a and each of those from `first` to `end` to both sides."""
+    x, y, vx, vy = bodies[a]
+    reach = model[0].interaction_range ** 2
+    anisotropy = model[0].anisotropy
+    for b in range(first, end):
+        dx, dy = x - bodies[b, 0], y - bodies[b, 1]
+        squared = dx * dx + dy * dy
+        if squared >= reach or squared == 0:
+            continue
+        strength, nx, ny = repulsion_ahead(
+            dx,
+            dy,
+            vx - bodies[b, 2],
+            vy - bodies[b, 3],
+            radius[a] + radius[b],
+            model[0].repulsion,
+            model[0].repulsion_range,
+            model[0].anticipation,
+        )
+        distance = math.sqrt(squared)
+        cos_a = -(dx * direction[a, 0] + dy * direction[a, 1]) / distance
+        cos_b = (dx * direction[b, 0] + dy * direction[b, 1]) / distance
+        on_a = strength * sight(anisotropy, cos_a)
+        on_b = strength * sight(anisotropy, cos_b)
+        total[a, 0] += on_a * nx
+        total[a, 1] += on_a * ny
+        total[b, 0] -= on_b * nx
+        total[b, 1] -= on_b * ny
+
+
+@njit(cache=True)
+def repulsion_ahead(
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    contact: float,
+    strength: float,
+    reach: float,
+    horizon: float,
+) -> tuple[float, float, float]:
+    """Repulsion as if from where the two are going to be nearest, the less the later that is.
+
+    Args:
+        dx: x of one as seen from the other [m].
+        dy: its y [m].
+        vx: how fast dx changes [m/s].
+        vy: how fast dy changes [m/s].
+        contact: sum of the radii [m].
+        strength: A [m/s^2].
+        reach: B [m].
+        horizon: T [s].
+
+    Returns:
+        Acceleration [m/s^2], and the unit vector (x, y) in which it acts.
+    """
+    urgency = 1.0
+    if horizon > 0:
+        wait = time_to_closest(dx, dy, vx, vy)
+        if wait >= horizon:
+            return 0.0, 0.0, 0.0
+        urgency = 1 - wait / horizon
+        dx, dy = dx + wait * vx, dy + wait * vy
+    distance = math.sqrt(dx * dx + dy * dy)
+    if distance == 0:
+        return 0.0, 0.0, 0.0
+    acceleration = urgency * repulsion(strength, reach, distance - contact)
+    return acceleration, dx / distance, dy / distance
 
 
 @njit(cache=True)
@@ -192,64 +272,6 @@ def time_to_closest(dx: float, dy: float, vx: float, vy: float) -> float:
     """
     approach = -(dx * vx + dy * vy)
     return approach / (vx * vx + vy * vy) if approach > 0 else 0.0
-
-
-@njit(cache=True)
-def _repel(
-    a: int,
-    b: int,
-    bodies: FloatArray,
-    radius: FloatArray,
-    direction: FloatArray,
-    model: RecordArray,
-    total: FloatArray,
-) -> None:
-    """Add the repulsion between two bodies to both, if they are within the range."""
-    dx, dy = bodies[a, 0] - bodies[b, 0], bodies[a, 1] - bodies[b, 1]
-    squared = dx * dx + dy * dy
-    if squared >= model[0].interaction_range ** 2 or squared == 0:
-        return
-    strength, nx, ny = _repulsion_ahead(
-        dx,
-        dy,
-        bodies[a, 2] - bodies[b, 2],
-        bodies[a, 3] - bodies[b, 3],
-        radius[a] + radius[b],
-        model,
-    )
-    if strength == 0:
-        return
-    distance = math.sqrt(squared)
-    seen_x, seen_y = dx / distance, dy / distance
-    cos_a = -seen_x * direction[a, 0] - seen_y * direction[a, 1]
-    cos_b = seen_x * direction[b, 0] + seen_y * direction[b, 1]
-    on_a = strength * sight(model[0].anisotropy, cos_a)
-    on_b = strength * sight(model[0].anisotropy, cos_b)
-    total[a, 0] += on_a * nx
-    total[a, 1] += on_a * ny
-    total[b, 0] -= on_b * nx
-    total[b, 1] -= on_b * ny
-
-
-@njit(cache=True)
-def _repulsion_ahead(
-    dx: float, dy: float, vx: float, vy: float, contact: float, model: RecordArray
-) -> tuple[float, float, float]:
-    """Strength [m/s^2] and direction of the repulsion where the two are going to be nearest."""
-    wait = time_to_closest(dx, dy, vx, vy)
-    horizon = model[0].anticipation
-    urgency = 1.0
-    if wait > 0:
-        urgency = max(0.0, 1 - wait / horizon) if horizon > 0 else 1.0
-        if urgency == 0:
-            return 0.0, 0.0, 0.0
-        wait = min(wait, horizon)
-        dx, dy = dx + wait * vx, dy + wait * vy
-    distance = math.hypot(dx, dy)
-    if distance == 0:
-        return 0.0, 0.0, 0.0
-    strength = repulsion(model[0].repulsion, model[0].repulsion_range, distance - contact)
-    return strength * urgency, dx / distance, dy / distance
 
 
 @njit(cache=True)
@@ -269,5 +291,5 @@ def robot_repulsion(
     robot = len(bodies) - 1
     for i in range(robot):
         if present[i]:
-            _repel(i, robot, bodies, radius, direction, model, total)
+            _repel(i, robot, robot + 1, bodies, radius, direction, model, total)
     return total
