@@ -21,7 +21,7 @@ import pyarrow.parquet as pq
 
 from crowdsim.recordings.store import write_atomic
 from crowdsim.scenarios import make_scenario
-from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
+from envs.comparison import EvaluationConfig
 from envs.config import CrowdNavConfig
 from envs.findings import findings
 from envs.metric_table import METRICS
@@ -34,17 +34,6 @@ from envs.twin import run_twin
 from envs.workers import run_tasks
 from predictor.checkpoint import source_revision
 from predictor.forecaster import make_forecaster
-
-__all__ = [
-    "Arm",
-    "Evaluation",
-    "EvaluationConfig",
-    "RecordedEpisode",
-    "ScenarioChoice",
-    "cross",
-    "evaluate",
-    "write_evaluation",
-]
 
 Row = dict[str, Value]
 Progress = Callable[[int, int], None]

@@ -91,14 +91,22 @@ def share(entry: Mapping[str, Any]) -> str:
 
 def number(entry: Mapping[str, Any], metric: Metric) -> str:
     """A mean with its unit and interval."""
-    return f"{entry['mean']:.2f}{_unit(metric)}{_interval_text(entry, 1.0, '.2f')}"
+    style = f"z.{_decimals(entry)}f"
+    return f"{entry['mean']:{style}}{_unit(metric)}{_interval_text(entry, 1.0, style)}"
 
 
 def difference_text(entry: Mapping[str, Any], metric: Metric) -> str:
     """A signed difference with its interval; proportions in percentage points."""
     if metric.kind == "share":
-        return f"{100 * entry['mean']:+.1f} points{_interval_text(entry, 100.0, '+.1f')}"
-    return f"{entry['mean']:+.2f}{_unit(metric)}{_interval_text(entry, 1.0, '+.2f')}"
+        return f"{100 * entry['mean']:+z.1f} points{_interval_text(entry, 100.0, '+z.1f')}"
+    style = f"+z.{_decimals(entry)}f"
+    return f"{entry['mean']:{style}}{_unit(metric)}{_interval_text(entry, 1.0, style)}"
+
+
+def _decimals(entry: Mapping[str, Any]) -> int:
+    """Enough to tell the number and its interval from zero."""
+    ends = [entry[key] for key in ("mean", "low", "high") if entry[key] is not None]
+    return 3 if any(0 < abs(end) < 0.05 for end in ends) else 2
 
 
 def _unit(metric: Metric) -> str:

@@ -130,7 +130,7 @@ METRICS: dict[str, Metric] = {
         "there was never a collision course within 10 s.",
     ),
     "space_compliance_0.5": Metric(
-        label="space compliance 0.5 m",
+        label="space compliance 0.5 m",
         better="higher",
         definition="Share of time with more than 0.5 m of clearance to every pedestrian "
         "(Francis et al. 2023).",
@@ -148,22 +148,22 @@ METRICS: dict[str, Metric] = {
         definition="Share of time within 3.6 m of a pedestrian, the nearer zones included.",
     ),
     "intrusion_ratio@1.2": Metric(
-        label="intrusion ratio, 1.2 s",
+        label="intrusion ratio, 1.2 s",
         definition="Share of steps in which the robot touches the strip that a pedestrian truly "
         "sweeps over the next 1.2 s (after Liu et al. 2023).",
     ),
     "social_distance@1.2": Metric(
-        label="social distance, 1.2 s",
+        label="social distance, 1.2 s",
         unit="m",
         better="higher",
         definition="Clearance to the nearest pedestrian during 1.2 s intrusions; none without.",
     ),
     "intrusion_ratio@4.8": Metric(
-        label="intrusion ratio, 4.8 s",
+        label="intrusion ratio, 4.8 s",
         definition="The same over the next 4.8 s.",
     ),
     "social_distance@4.8": Metric(
-        label="social distance, 4.8 s",
+        label="social distance, 4.8 s",
         unit="m",
         better="higher",
         definition="Clearance to the nearest pedestrian during 4.8 s intrusions; none without.",

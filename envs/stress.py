@@ -13,15 +13,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from crowdsim.recordings.store import write_atomic
-from envs.evaluation import (
-    Arm,
-    EvaluationConfig,
-    Progress,
-    Row,
-    ScenarioChoice,
-    evaluate,
-    rows_as_parquet,
-)
+from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.evaluation import Progress, Row, evaluate, rows_as_parquet
 from envs.findings import number, share
 from envs.metric_table import METRICS, aggregate_name
 

@@ -26,7 +26,8 @@ PROTOCOL = (
     "stays in every mean unless the name of the metric says otherwise.",
     "Distances are surface to surface, taken over the physics steps between two decisions.",
     "Proportions carry Wilson intervals, their paired differences Agresti–Min intervals; all other "
-    "means and paired differences carry bias-corrected accelerated bootstrap intervals.",
+    "means and paired differences carry bias-corrected accelerated bootstrap intervals, "
+    "which are somewhat too narrow below about 15 episodes.",
     "Pedestrian delay and displacement compare with a twin run of the same crowd without the "
     "robot. In a replay of recorded people both are unknown, since recorded people cannot react.",
     "Forecast errors are closed-loop: forecasts the robot saw, against what people then did "

@@ -8,7 +8,7 @@ const TRAIL_SECONDS = 2.8;
 const TRUTHS = 8; // true paths are drawn for this many people nearest to the robot
 const COLORS = {
   person: "#2f6fb3", unseen: "#8a93a0", robot: "#e4572e", goal: "#1a9850",
-  forecast: "#8e44ad", truth: "#111827", history: "#2f6fb3", contact: "#d6152b",
+  forecast: "#8e44ad", truth: "#111827", history: "#2f6fb3", contact: "#d6152b", halo: "#ffffff",
 };
 
 async function decode(packed) {
@@ -189,7 +189,9 @@ class Stage {
     const e = this.episode;
     const ahead = Math.min(e.last, row + Math.round(e.record.horizon / e.record.dt));
     for (const n of this.nearestSeen(row)) {
-      this.line(this.stretch(n, row, ahead, e.id(row, n)), COLORS.truth, 0.05, 0.8);
+      const path = this.stretch(n, row, ahead, e.id(row, n));
+      this.line(path, COLORS.halo, 0.11, 0.7);
+      this.line(path, COLORS.truth, 0.05, 0.9);
     }
   }
 

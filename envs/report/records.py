@@ -27,6 +27,8 @@ OUTCOMES = {
 IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX = 900, 720
 MARGIN = 1.5
 """Ground shown around the outermost person [m]."""
+PAPER = 0.3
+"""Share of white that a photograph is lightened with, so that what is drawn on it stands out."""
 OUTSIDE_RGB = (203, 208, 214)
 """What lies beyond a photograph."""
 
@@ -142,14 +144,16 @@ def view_image(map_: Map, bounds: Bounds) -> Image:
         ]
     )
     size = (round((x_max - x_min) * scale), round((y_max - y_min) * scale))
-    image: Image = cv2.warpPerspective(
+    if map_.picture is not None:
+        source = (255 * PAPER + (1 - PAPER) * source).astype(np.uint8)
+    image = cv2.warpPerspective(
         source,
         pixel_from_world @ world_from_view,
         size,
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderValue=OUTSIDE_RGB,
-    ).astype(np.uint8)
-    return image
+    )
+    return np.asarray(image, dtype=np.uint8)
 
 
 def data_uri(image: Image) -> str:

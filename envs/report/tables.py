@@ -79,7 +79,7 @@ def _arm(arm: str, colors: Mapping[str, str]) -> str:
 
 
 def _heading(metric: Metric) -> str:
-    arrow = {"higher": " ↑", "lower": " ↓", "neither": ""}[metric.better]
+    arrow = {"higher": "&nbsp;↑", "lower": "&nbsp;↓", "neither": ""}[metric.better]
     unit = "%" if metric.kind == "share" else metric.unit
     return f"{escape(metric.label)}{f' [{escape(unit)}]' if unit else ''}{arrow}"
 
@@ -93,11 +93,11 @@ def _cell(group: Mapping[str, Any], arm: str, key: str) -> str:
     factor, digits = (100.0, 0) if METRICS[key].kind == "share" else (1.0, 2)
     interval = "no interval"
     if entry["low"] is not None:
-        interval = f"{factor * entry['low']:.{digits}f} – {factor * entry['high']:.{digits}f}"
+        interval = f"{factor * entry['low']:z.{digits}f} – {factor * entry['high']:z.{digits}f}"
     if entry["n"] != group["arms"][arm]["n"]:
         interval += f", n {entry['n']}"
     return (
-        f"<td>{factor * entry['mean']:.{digits}f}{_mark(group, arm, name)}"
+        f"<td>{factor * entry['mean']:z.{digits}f}{_mark(group, arm, name)}"
         f"<small>{interval}</small></td>"
     )
 

@@ -6,16 +6,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
 from envs.config import make_config
-from envs.evaluation import (
-    Arm,
-    Evaluation,
-    EvaluationConfig,
-    ScenarioChoice,
-    cross,
-    evaluate,
-    write_evaluation,
-)
+from envs.evaluation import Evaluation, evaluate, write_evaluation
 from envs.metric_table import METRICS
 from envs.runs import run_episode, run_episodes
 from envs.summary import ALL_SCENARIOS, summarize

@@ -12,13 +12,8 @@ from hand_made_traces import DT, make_trace, walk
 
 from crowdsim.map import Map
 from crowdsim.recordings import Picture
-from envs.evaluation import (
-    Arm,
-    Evaluation,
-    EvaluationConfig,
-    RecordedEpisode,
-    ScenarioChoice,
-)
+from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.evaluation import Evaluation, RecordedEpisode
 from envs.findings import findings
 from envs.metrics import navigation_metrics
 from envs.report import build_report, write_picture, write_video

@@ -4,7 +4,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from envs.evaluation import ScenarioChoice
+from envs.comparison import ScenarioChoice
 from envs.stress import Stress, StressConfig, stress, stress_table, write_stress
 
 FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 3})
