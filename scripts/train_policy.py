@@ -1,11 +1,11 @@
 """`crowdnav train-policy`: train a robot policy with PPO."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from jsonargparse.typing import PositiveInt
+from jsonargparse.typing import NonNegativeInt, PositiveInt
+
+from scripts.output import require_folder, write_json
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -22,7 +22,7 @@ def train_policy(
     steps: PositiveInt = 500_000,
     environments: PositiveInt = 32,
     out: Path = Path("runs/policy"),
-    seed: int = 0,
+    seed: NonNegativeInt = 0,
 ) -> None:
     """Train a robot policy with PPO and store it as JSON and safetensors.
 
@@ -39,11 +39,11 @@ def train_policy(
         out: Folder of the policy.
         seed: Seed of the weights, the exploration and the episodes.
     """
+    require_folder(out)
     import torch
 
     from envs.config import make_config
     from envs.policies.ppo import save_ppo
-    from scripts.output import write_json
 
     torch.set_num_threads(1)
 
@@ -61,7 +61,7 @@ def train_policy(
     print(report(curve, out))
 
 
-def make_environment(config: CrowdNavConfig, environments: int, seed: int) -> VecEnv:
+def make_environment(config: "CrowdNavConfig", environments: int, seed: int) -> "VecEnv":
     """Environments side by side, as Stable-Baselines3 takes them, seeded for training.
 
     The episodes' seeds are drawn, so that they are not the small numbers of an evaluation.
@@ -70,8 +70,9 @@ def make_environment(config: CrowdNavConfig, environments: int, seed: int) -> Ve
 
     import gymnasium
     import numpy as np
-    from envs.sb3 import SB3VecEnv
     from stable_baselines3.common.vec_env import VecMonitor
+
+    from envs.sb3 import SB3VecEnv
 
     vector = gymnasium.make_vec("crowdnav/CrowdNav-v0", num_envs=environments, **asdict(config))
     env = VecMonitor(SB3VecEnv(vector), info_keywords=("is_success",))
@@ -79,7 +80,7 @@ def make_environment(config: CrowdNavConfig, environments: int, seed: int) -> Ve
     return env
 
 
-def make_model(env: VecEnv, seed: int) -> PPO:
+def make_model(env: "VecEnv", seed: int) -> "PPO":
     """An untrained PPO model for these environments."""
     from stable_baselines3 import PPO
     from stable_baselines3.common.utils import set_random_seed
@@ -99,7 +100,7 @@ def make_model(env: VecEnv, seed: int) -> PPO:
     )
 
 
-def learn(model: PPO, steps: int, *, progress_bar: bool) -> list[dict[str, float]]:
+def learn(model: "PPO", steps: int, *, progress_bar: bool) -> list[dict[str, float]]:
     """Train in place and return the learning curve, a point after every collection of episodes."""
     from stable_baselines3.common.callbacks import BaseCallback
 

@@ -9,11 +9,10 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 LEARNING = {"torch", "gymnasium", "stable_baselines3"}
-HEAVY = LEARNING | {"numba", "pymunk", "cv2", "numpy", "pyarrow", "shapely", "matplotlib"}
+HEAVY = LEARNING | {"numba", "pymunk", "cv2", "numpy", "pyarrow", "shapely", "matplotlib", "rich"}
 MUST_STAY_OUT = {
     "crowdsim": LEARNING | {"predictor", "envs", "scripts"},
     "predictor": {"pymunk", "gymnasium", "stable_baselines3", "envs", "scripts"},
-    "scripts": HEAVY | {"crowdsim", "envs"},
 }
 IMPORT_EVERYTHING = """
 import importlib, json, pkgutil, sys
@@ -51,6 +50,15 @@ assert "crowdnav/CrowdNav-v0" in gymnasium.registry
 print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
 """
     assert not loaded_by(code) & {"pymunk", "torch", "stable_baselines3", "scripts"}
+
+
+def test_program_starts_without_anything_heavy() -> None:
+    code = """
+import json, sys
+import scripts.__main__
+print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
+"""
+    assert not loaded_by(code) & (HEAVY | {"crowdsim", "envs"})
 
 
 def test_predictor_reaches_no_part_of_the_simulator_but_recordings() -> None:

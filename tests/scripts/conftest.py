@@ -1,4 +1,4 @@
-"""Running the program inside the test's own process, which is quick, and as a process of its own."""
+"""Runs the program inside the test's own process, which is quick."""
 
 from collections.abc import Callable
 from typing import NamedTuple

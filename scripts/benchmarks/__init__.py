@@ -1,0 +1,1 @@
+"""What `crowdnav benchmark` measures, one module per section; `timing` says how."""

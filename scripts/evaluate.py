@@ -1,0 +1,68 @@
+"""`crowdnav evaluate`: policies and forecasters compared in scenarios, on common seeds."""
+
+from pathlib import Path
+from typing import Any
+
+from jsonargparse.typing import NonNegativeInt, PositiveInt
+
+from scripts.options import Names, Seeds
+from scripts.output import require_file, require_folder, write_json
+
+
+def evaluate(
+    policies: Names = Names("straight,mppi"),
+    forecasters: Names = Names("none,constant_velocity,iterative_attention"),
+    scenarios: Names = Names("circular_crossing,narrow_doorway,urban_crossing"),
+    seeds: Seeds = Seeds(20),
+    environment: dict[str, Any] | None = None,
+    reference: str = "",
+    workers: PositiveInt = 1,
+    out: Path = Path("runs/evaluate"),
+    json: Path | None = None,
+    seed: NonNegativeInt = 0,
+) -> None:
+    """Run every policy with every forecaster in every scenario and compare them on common seeds.
+
+    Writes `report.html` (open it in a browser, no network needed), `episodes.parquet` with one row
+    per episode, and `summary.json` with means, intervals and paired differences.
+
+    Args:
+        policies: `straight`, `mppi`, or folders written by `crowdnav train-policy`.
+        forecasters: `none`, `constant_velocity`, `iterative_attention`, or checkpoints.
+        scenarios: Names of scenarios.
+        seeds: Number of episodes of each arm in each scenario, or their seeds: `20` or `3,5,8`.
+        environment: Keywords of the environment for all arms, such as {"robot": "holonomic"}.
+        reference: Arm that differences are taken against, such as `mppi/none`; the first one if
+            empty.
+        workers: Processes, one thread each; no result depends on their number.
+        out: Folder of the results.
+        json: File for a copy of the summary.
+        seed: Added to every episode's seed; also seeds the bootstrap.
+    """
+    require_folder(out)
+    require_file(json)
+    from envs.comparison import EvaluationConfig, ScenarioChoice, cross
+    from envs.evaluation import evaluate as run
+    from envs.evaluation import write_evaluation
+    from envs.report import build_report
+    from scripts.progress import episodes_bar
+    from scripts.tables import print_summary
+
+    config = EvaluationConfig(
+        arms=cross(policies, forecasters),
+        scenarios=tuple(ScenarioChoice(scenario=name) for name in scenarios),
+        seeds=tuple(seed + each for each in seeds),
+        reference=reference,
+        environment={} if environment is None else environment,
+        workers=workers,
+        statistics_seed=seed,
+    )
+    with episodes_bar() as progress:
+        found = run(
+            config, progress=progress, command=f"crowdnav evaluate --config {out}/config.yaml"
+        )
+    write_evaluation(found, out)
+    build_report(found, out / "report.html")
+    write_json(json, found.summary)
+    print_summary(found.summary)
+    print(f"Report in {out / 'report.html'}, one row per episode in {out / 'episodes.parquet'}")
