@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import subprocess
 from dataclasses import asdict
 from pathlib import Path
@@ -13,6 +12,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load as load_safetensors
 from safetensors.torch import save as save_safetensors
 
+from crowdsim.recordings.store import write_atomic
 from predictor.config import ModelConfig
 from predictor.model import IterativeAttention
 
@@ -37,14 +37,8 @@ def save_checkpoint(path: Path, model: IterativeAttention, about: dict[str, Any]
         **about,
     }
     path.parent.mkdir(parents=True, exist_ok=True)
-    _write(path, weights)
-    _write(path.with_suffix(".json"), json.dumps(description, indent=1).encode() + b"\n")
-
-
-def _write(path: Path, content: bytes) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_bytes(content)
-    temporary.replace(path)
+    write_atomic(path, weights)
+    write_atomic(path.with_suffix(".json"), json.dumps(description, indent=1).encode() + b"\n")
 
 
 def load_checkpoint(path: Path) -> tuple[IterativeAttention, dict[str, Any]]:

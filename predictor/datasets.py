@@ -1,6 +1,7 @@
 """Where crowds to train on and to test on come from, by the name that a command is given."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from crowdsim.recordings import (
     eth_ucy_fold,
     read_recordings,
 )
+from crowdsim.recordings.store import read_manifest
 
 VALIDATION_SHARE = 0.1
 """Share of the recordings of a folder that is kept for validation."""
@@ -39,6 +41,14 @@ def read_training(data: str) -> tuple[list[Recording], list[Recording]]:
         [r for i, r in enumerate(recordings) if i not in validation],
         [r for i, r in enumerate(recordings) if i in validation],
     )
+
+
+def describe(data: str) -> dict[str, Any]:
+    """How a folder of recordings was made, as its manifest says; empty for ETH/UCY."""
+    if _split_fold(data)[1] is not None:
+        return {}
+    metadata: dict[str, Any] = read_manifest(Path(data))["metadata"]
+    return metadata
 
 
 def read_tests(data: str) -> dict[str, list[Recording]]:

@@ -1,5 +1,6 @@
 """Training: windows from recordings, a flat epoch loop, the best and the last checkpoint."""
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -9,12 +10,14 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 from torch.optim.lr_scheduler import LRScheduler, OneCycleLR, StepLR
 from tqdm import tqdm
 
 from predictor.checkpoint import save_checkpoint
 from predictor.config import ModelConfig, TrainConfig
-from predictor.datasets import read_training
+from predictor.datasets import describe, read_training
+from predictor.inputs import AgentInputs
 from predictor.metrics import ade, displacement_errors, fde
 from predictor.model import IterativeAttention, loss, tensors
 from predictor.windows import Windows, extract_windows
@@ -76,6 +79,7 @@ def train(
         "training": asdict(training),
         "data": {
             "source": data,
+            "made_by": describe(data),
             "train_recordings": len(train_recordings),
             "train_windows": len(windows),
             "validation_recordings": len(validation_recordings),
@@ -108,26 +112,18 @@ def fit(
     Raises:
         FloatingPointError: The loss is no longer finite.
     """
-    steps = -(-len(windows) // training.batch_size)
+    steps = math.ceil(len(windows) / training.batch_size)
     optimizer, scheduler = _optimizer(network, training, steps)
     baseline = evaluate_constant_velocity(validation)
-    best, best_epoch, best_score = baseline, 0, float("inf")
-    bar = tqdm(total=training.epochs * steps, unit="batch", disable=not progress, leave=True)
+    best, best_epoch = {"ade": math.inf, "fde": math.inf}, 0
+    bar = tqdm(total=training.epochs * steps, unit="batch", disable=not progress)
     started = time.perf_counter()
     for epoch in range(1, training.epochs + 1):
         network.train()
         for rows in _batches(len(windows), training.batch_size, rng):
             inputs, future = windows.batch(rows, _stretch(len(rows), training, rng))
-            true_path = torch.from_numpy(future)
-            goal, path = network(
-                **tensors(inputs), true_goal=true_path[:, -1] if training.true_goal else None
-            )
-            objective = loss(goal, path, true_path)
-            if not torch.isfinite(objective):
-                raise FloatingPointError(
-                    f"the loss is {objective.item()} in epoch {epoch}: "
-                    "lower learning_rate or gradient_clip"
-                )
+            objective = _objective(network, inputs, future, true_goal=training.true_goal)
+            _require_finite(objective, epoch)
             optimizer.zero_grad()
             objective.backward()  # type: ignore[no-untyped-call]
             torch.nn.utils.clip_grad_norm_(network.parameters(), training.gradient_clip)
@@ -137,8 +133,8 @@ def fit(
         scores = evaluate_windows(network, validation)
         metrics = {"epoch": epoch, "validation": scores, "constant_velocity": baseline}
         save_checkpoint(out / "last.safetensors", network, {**about, "metrics": metrics})
-        if scores["ade"] + 0.5 * scores["fde"] < best_score:
-            best, best_epoch, best_score = scores, epoch, scores["ade"] + 0.5 * scores["fde"]
+        if _score(scores) < _score(best):
+            best, best_epoch = scores, epoch
             save_checkpoint(out / "best.safetensors", network, {**about, "metrics": metrics})
         bar.set_postfix(epoch=epoch, ade=f"{scores['ade']:.3f}", fde=f"{scores['fde']:.3f}")
     bar.close()
@@ -150,6 +146,31 @@ def fit(
         windows=len(windows),
         windows_per_s=training.epochs * len(windows) / (time.perf_counter() - started),
     )
+
+
+def _objective(
+    network: IterativeAttention,
+    inputs: AgentInputs,
+    future: NDArray[np.float32],
+    *,
+    true_goal: bool,
+) -> Tensor:
+    true_path = torch.from_numpy(future)
+    goal, path = network(**tensors(inputs), true_goal=true_path[:, -1] if true_goal else None)
+    return loss(goal, path, true_path)
+
+
+def _require_finite(objective: Tensor, epoch: int) -> None:
+    if not torch.isfinite(objective):
+        raise FloatingPointError(
+            f"expected a finite loss, found {objective.item()} in epoch {epoch}: "
+            "lower learning_rate or gradient_clip"
+        )
+
+
+def _score(scores: dict[str, float]) -> float:
+    """What the best epoch is chosen by: the loss of the paper."""
+    return scores["ade"] + 0.5 * scores["fde"]
 
 
 def _optimizer(
@@ -182,7 +203,7 @@ def evaluate_windows(network: IterativeAttention, windows: Windows) -> dict[str,
     network.eval()
     errors = []
     with torch.inference_mode():
-        for rows in np.array_split(np.arange(len(windows)), -(-len(windows) // 256)):
+        for rows in np.array_split(np.arange(len(windows)), math.ceil(len(windows) / 256)):
             inputs, future = windows.batch(rows)
             _, path = network(**tensors(inputs))
             errors.append(displacement_errors(path.numpy(), future))
