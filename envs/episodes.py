@@ -114,7 +114,8 @@ class Episodes:
         for world, generator in zip(started.tolist(), generators, strict=True):
             self._start(world, generator)
         self._perception.restart(started, self.worlds)
-        observation, percept = self._look(started)
+        percept = self._forecast(started)
+        observation = self._observe(percept, started)
         self._percepts.update((world, (percept, row)) for row, world in enumerate(started.tolist()))
         self._record(started, percept, {name: np.zeros(len(started)) for name in REWARD_TERMS})
         return observation
@@ -129,13 +130,15 @@ class Episodes:
             ValueError: Wrong shape, or a value that is not finite.
         """
         self._apply(checked_actions(actions, len(self)))
-        self._perception.update(self.worlds)
-        observation, percept = self._look(slice(None))
+        self._track()
+        percept = self._forecast(slice(None))
+        observation = self._observe(percept, slice(None))
         self._percepts = {world: (percept, world) for world in range(len(self))}
-        terms = reward_terms(self._consequences(percept), self.config)
-        terminated = self._terminated()
-        truncated = self._truncated() & ~terminated
-        reason = self._reasons(terminated | truncated)
+        reached = self._reached()
+        terms = reward_terms(self._consequences(percept, reached), self.config)
+        terminated = reached | self.worlds.touched
+        truncated = self._out_of_time() & ~terminated
+        reason = self._reasons(reached, terminated | truncated)
         self._record(self._all, percept, terms)
         self._finish_records(reason)
         return StepResult(
@@ -185,17 +188,23 @@ class Episodes:
         self.worlds.step(self._robot)
         self._steps += 1
 
-    def _look(self, rows: Rows) -> tuple[Observation, Percept]:
-        """Perceives, forecasts and observes in the worlds `rows`."""
-        robots = self.worlds.robots.rows(rows)
+    def _track(self) -> None:
+        self._perception.update(self.worlds)
+
+    def _forecast(self, rows: Rows) -> Percept:
+        """Chooses whom the robots of `rows` observe, and forecasts them."""
         percept = self._perception.look(rows, self.worlds, self._pictures)
         self._forecast_seconds[rows] += percept.forecast_seconds
+        return percept
+
+    def _observe(self, percept: Percept, rows: Rows) -> Observation:
+        robots = self.worlds.robots.rows(rows)
         task, lidar = self._task(robots, rows), self._lidar(robots, rows)
         observation = self.observer.observe(percept, robots, task, lidar)
         if self.config.observe_map:
             pictures = [self.picture(world) for world in self._all[rows].tolist()]
             observation["map"] = map_crops(robots, pictures)
-        return observation, percept
+        return observation
 
     def _task(self, robots: RobotState, rows: Rows) -> Task:
         worlds = self._all[rows]
@@ -220,13 +229,13 @@ class Episodes:
                 ranges[at] = cast_rays(ground.segments, position, heading, rays, reach)
         return ranges
 
-    def _consequences(self, percept: Percept) -> Consequences:
+    def _consequences(self, percept: Percept, reached: Flags) -> Consequences:
         config, worlds = self.config, self.worlds
         times = np.arange(1.0, config.forecast_steps + 1.0) * config.frame_dt
         return Consequences(
             progress=self._progress(),
-            reached=self._reached(),
-            collided=worlds.touched_pedestrian | worlds.touched_wall,
+            reached=reached,
+            collided=worlds.touched,
             clearance=worlds.clearance_pedestrian,
             planned=self._robot.rollout(worlds.robots, times),
             forecast=percept.forecast,
@@ -245,18 +254,14 @@ class Episodes:
         """Whether the robots are at their goals and touched nothing on the way there."""
         offset = self.routes.goal - self.worlds.robots.position
         near = offset[:, 0] ** 2 + offset[:, 1] ** 2 < self.config.goal_radius**2
-        return near & ~self.worlds.touched_pedestrian & ~self.worlds.touched_wall
+        return near & ~self.worlds.touched
 
-    def _terminated(self) -> Flags:
-        return self._reached() | self.worlds.touched_pedestrian | self.worlds.touched_wall
+    def _out_of_time(self) -> Flags:
+        return self._steps >= np.rint(self._time_limit / self.config.policy_dt)
 
-    def _truncated(self) -> Flags:
-        limit = np.rint(self._time_limit / self.config.policy_dt)
-        return self._steps >= limit
-
-    def _reasons(self, ended: Flags) -> list[TerminationReason | None]:
+    def _reasons(self, reached: Flags, ended: Flags) -> list[TerminationReason | None]:
+        """Why the episodes ended, by world; None where they go on."""
         reasons: list[TerminationReason | None] = [None] * len(self)
-        reached = self._reached()
         for world in np.flatnonzero(ended).tolist():
             if self.worlds.touched_pedestrian[world]:
                 reasons[world] = "collision_pedestrian"

@@ -124,10 +124,11 @@ class Perception:
     ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
         """Appends the robot as one more column: a neighbor, but nobody to forecast."""
         robot, robot_valid = self._robots.history(rows)
+        nobody = np.zeros((len(select), 1), dtype=np.bool_)
         return (
             np.concatenate((history, robot), axis=2),
             np.concatenate((valid, robot_valid), axis=2),
-            np.pad(select, ((0, 0), (0, 1))),
+            np.concatenate((select, nobody), axis=1),
         )
 
     def _see(self, worlds: Worlds) -> None:

@@ -108,6 +108,11 @@ class Worlds:
         self.collision_role: list[CollisionRole | None] = [None] * count
         self.social_work = np.zeros(count)
 
+    @property
+    def touched(self) -> NDArray[np.bool_]:
+        """(W,), whether the robot touched anybody or anything during the last period."""
+        return self.touched_pedestrian | self.touched_wall
+
     def restart(self, world: int, scenario: Scenario, rng: np.random.Generator) -> None:
         """Builds one world anew; the others stay as they are."""
         if len(scenario.pedestrians) > self.crowd.columns:
