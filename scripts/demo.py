@@ -21,7 +21,7 @@ FORECASTING: Final = "mppi/iterative_attention"
 
 def demo(
     data: Path | None = None,
-    seeds: Seeds = Seeds(10),
+    seeds: Seeds = Seeds(12),
     workers: PositiveInt | None = None,
     out: Path = Path("runs/demo"),
     json: Path | None = None,
