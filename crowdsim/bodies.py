@@ -17,6 +17,9 @@ OVERLAP_TOLERANCE = 0.005
 OVERLAP_LEFT_PER_SOLVER_STEP = 0.5
 """Share of an overlap that is still there after one solver step."""
 
+SOLVER_STEPS = 2
+"""Solver steps per physics step; they halve the overlap in dense crowds."""
+
 _FIELDS = pymunk.batch.BodyFields.POSITION | pymunk.batch.BodyFields.VELOCITY
 
 
@@ -28,7 +31,13 @@ class Bodies:
     """
 
     def __init__(
-        self, *, radius: FloatArray, mass: FloatArray, kinematic: BoolArray, walls: FloatArray
+        self,
+        *,
+        radius: FloatArray,
+        mass: FloatArray,
+        kinematic: BoolArray,
+        walls: FloatArray,
+        dt: float,
     ) -> None:
         """Build the space.
 
@@ -37,10 +46,12 @@ class Bodies:
             mass: `(M,)` [kg].
             kinematic: `(M,)` bodies that go where they are told and cannot be pushed.
             walls: `(S, 2, 2)` segments [m].
+            dt: seconds per step.
         """
+        self._solver_dt = dt / SOLVER_STEPS
         self._space = pymunk.Space()
         self._space.collision_slop = OVERLAP_TOLERANCE
-        self._walls = walls
+        self._space.collision_bias = OVERLAP_LEFT_PER_SOLVER_STEP ** (1 / self._solver_dt)
         for body_radius, body_mass, told in zip(radius, mass, kinematic, strict=True):
             self._add(float(body_radius), float(body_mass), bool(told))
         ground = self._space.static_body
@@ -54,19 +65,16 @@ class Bodies:
         # The pool never grows, so pymunk's memory behind this view never moves.
         self._read: FloatArray = np.frombuffer(self._read_buffer.float_buf()).reshape(-1, 4)
 
-    def step(self, bodies: FloatArray, dt: float, solver_steps: int) -> FloatArray:
-        """Move bodies `(M, 4)` (x, y, vx, vy) for a time, and let contacts push back.
+    def step(self, bodies: FloatArray) -> FloatArray:
+        """Move bodies `(M, 4)` (x, y, vx, vy) on by one step, and let contacts push back.
 
         Returns:
-            `(M, 4)` where they are and how fast after dt seconds; a view that the next step
-            overwrites.
+            `(M, 4)` where they are then and how fast; a view that the next step overwrites.
         """
         self._written[:-1] = bodies
         pymunk.batch.set_space_bodies(self._space, _FIELDS, self._write_buffer)
-        solver_dt = dt / solver_steps
-        self._space.collision_bias = OVERLAP_LEFT_PER_SOLVER_STEP ** (1 / solver_dt)
-        for _ in range(solver_steps):
-            self._space.step(solver_dt)
+        for _ in range(SOLVER_STEPS):
+            self._space.step(self._solver_dt)
         self._read_buffer.clear()
         pymunk.batch.get_space_bodies(self._space, _FIELDS, self._read_buffer)
         return self._read[:-1]

@@ -26,9 +26,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-SOLVER_STEPS = 2
-"""Contact solver steps per physics step; they halve the overlap in dense crowds."""
-
 CONTACT_GAP = 0.005
 """Surfaces this near count as touching [m]."""
 
@@ -142,7 +139,7 @@ class World:
         self._command_robot(robot_velocity)
         if self._playback is None:
             self._choose_velocities()
-        moved = self._solid.step(self._bodies, self.physics_dt, SOLVER_STEPS)
+        moved = self._solid.step(self._bodies)
         self._take(moved)
         self.step_count += 1
         if self._playback is None:
@@ -252,9 +249,16 @@ class World:
             mass=np.concatenate(mass),
             kinematic=np.arange(len(self._bodies)) < self._dynamic_from,
             walls=self._walls,
+            dt=self.physics_dt,
         )
         # Forces look at these rows only: people do not feel a robot that they do not see.
-        self._felt = self._count + (self._robot is not None and self._robot.visible)
+        felt = slice(self._count + (self._robot is not None and self._robot.visible))
+        self._felt: tuple[FloatArray, BoolArray, FloatArray, FloatArray] = (
+            self._bodies[felt],
+            self._present[felt],
+            self._radius[felt],
+            self._direction[felt],
+        )
 
     def _robot_row(self) -> FloatArray:
         if self._robot is None:
@@ -279,12 +283,8 @@ class World:
     def _choose_velocities(self) -> None:
         """Goal drive, people, walls and whims; all from the same snapshot."""
         self._routes.steer(self._bodies, self._desired_speed, self._direction)
-        felt = slice(self._felt)
         acceleration = accelerations(
-            self._bodies[felt],
-            self._present[felt],
-            self._radius[felt],
-            self._direction[felt],
+            *self._felt,
             self._desired_speed,
             self._relaxation_time,
             self._rng.standard_normal((self._count, 2)),
