@@ -63,7 +63,7 @@ def test_command_line_wins_over_the_configuration_file(crowdnav: Crowdnav, tmp_p
 
 BAD_INPUTS = [  # {} stands for a folder with the files of `bad_folder`; then a part of the answer
     ("", "demo"),
-    ("evalute", "evalute"),
+    ("simulate", "simulate"),
     ("evaluate --sceanrios circular_crossing", "--sceanrios"),
     ("generate --seed three", "three"),
     ("generate --seed -1 --out {}/new", "-1"),
