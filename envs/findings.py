@@ -3,34 +3,33 @@
 from collections.abc import Mapping
 from typing import Any
 
-from envs.metric_table import METRICS, Metric, aggregate_name
+from envs.metric_table import HEADLINE, METRICS, Metric, aggregate_name
 from envs.summary import ALL_SCENARIOS
-
-COMPARED = (
-    "collision_pedestrian",
-    "time_to_goal_penalized",
-    "intrusion_ratio@4.8",
-    "clearance_min",
-    "pedestrian_delay",
-)
-"""Columns that a second sentence per arm looks at, besides success."""
 
 
 def findings(summary: Mapping[str, Any]) -> list[str]:
     """Sentences with numbers, intervals and counts from `envs.summary.summarize`.
 
-    Per arm: its success against the reference, then which other differences are conclusive; at
-    last how far the forecasts were off in the closed loop.
+    Per arm: its success against the reference, then which other differences are conclusive; then
+    the arms with forecasts against one another, and how far off their forecasts were.
     """
     scenarios = summary["scenarios"]
-    group = (
-        scenarios[ALL_SCENARIOS] if ALL_SCENARIOS in scenarios else next(iter(scenarios.values()))
-    )
+    pooled = ALL_SCENARIOS in scenarios
+    group = scenarios[ALL_SCENARIOS] if pooled else next(iter(scenarios.values()))
     reference = summary["reference"]
     sentences = [_reference_sentence(reference, group)]
     for arm, differences in group["differences"].items():
         sentences.append(_success_sentence(arm, reference, group, differences))
-        sentences.append(_other_sentence(arm, reference, differences))
+        sentences.append(f"{arm} against {reference} otherwise: {_compared(differences)}.")
+    for arm, earlier in group["between"].items():
+        for other, differences in earlier.items():
+            if differences["forecast_fde"]["mean"] is not None:
+                success = difference_text(differences["success"], METRICS["success"])
+                sentences.append(
+                    f"{arm} against {other}: success {success}, "
+                    f"{_verdict_words(differences['success']['verdict'])}; "
+                    f"{_compared(differences)}."
+                )
     return sentences + _forecast_sentences(group)
 
 
@@ -54,20 +53,22 @@ def _success_sentence(
     )
 
 
-def _other_sentence(arm: str, reference: str, differences: Mapping[str, Any]) -> str:
-    keys = [key for key in COMPARED if differences[aggregate_name(key)]["mean"] is not None]
+def _compared(differences: Mapping[str, Any]) -> str:
+    """What the headline metrics besides success say, conclusive differences first."""
     conclusive: list[str] = []
-    open_: list[str] = []
-    for key in keys:
+    unclear: list[str] = []
+    for key in HEADLINE[1:]:
         difference = differences[aggregate_name(key)]
+        if difference["mean"] is None:
+            continue
         if difference["verdict"] == "inconclusive":
-            open_.append(METRICS[key].label)
+            unclear.append(METRICS[key].label)
         else:
             text = difference_text(difference, METRICS[key])
             conclusive.append(f"{difference['verdict']} in {METRICS[key].label} by {text}")
-    if open_:
-        conclusive.append(f"inconclusive in {_listed(open_)}")
-    return f"{arm} against {reference} otherwise: {'; '.join(conclusive)}."
+    if unclear:
+        conclusive.append(f"inconclusive in {_listed(unclear)}")
+    return "; ".join(conclusive)
 
 
 def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:

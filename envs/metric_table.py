@@ -209,6 +209,18 @@ METRICS: dict[str, Metric] = {
 }
 
 
+HEADLINE = (
+    "success",
+    "collision_pedestrian",
+    "time_to_goal_penalized",
+    "intrusion_ratio@4.8",
+    "clearance_min",
+    "pedestrian_delay",
+    "forecast_fde",
+)
+"""Columns that any two arms are compared in; the others are compared with the reference only."""
+
+
 def aggregate_name(key: str) -> str:
     """Name of a column's aggregate: the column's own, unless that would hide what it leaves out."""
     aggregate = METRICS[key].aggregate

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.metric_table import METRICS, aggregate_name
+from envs.metric_table import HEADLINE, METRICS, aggregate_name
 from envs.metrics import Value
 from envs.statistics import Interval, mean_interval, paired_difference
 
@@ -27,8 +27,10 @@ def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str
 
     Returns:
         `{"reference": …, "scenarios": {scenario: {"arms": {arm: {"n": …, "metrics": {metric:
-        {"mean", "low", "high", "n"}}}}, "differences": {arm: {metric: {…, "verdict"}}}}}}`; the
-        scenario `all` pools the others. Unknown numbers are None.
+        {"mean", "low", "high", "n"}}}}, "differences": {arm: {metric: {…, "verdict"}}}, "between":
+        {arm: {earlier arm: {metric: …}}}}}}`. `differences` are to the reference, `between` is for
+        the other pairs and `HEADLINE` metrics; the scenario `all` pools the others. Unknown numbers
+        are None.
 
     Raises:
         ValueError: Where the reference is not among the arms, or the arms' seeds differ.
@@ -68,6 +70,7 @@ def _summarize_group(
 ) -> dict[str, Any]:
     """One scenario's entry of the summary."""
     of_arm = {arm: _ordered(rows, arm) for arm in arms}
+    others = [arm for arm in arms if arm != reference]
     for arm in arms:
         _check_paired(arm, of_arm[arm], reference, of_arm[reference])
     return {
@@ -82,23 +85,28 @@ def _summarize_group(
             for arm in arms
         },
         "differences": {
-            arm: _differences(of_arm[arm], of_arm[reference], rng)
-            for arm in arms
-            if arm != reference
+            arm: _differences(of_arm[arm], of_arm[reference], METRICS, rng) for arm in others
+        },
+        "between": {
+            arm: {
+                earlier: _differences(of_arm[arm], of_arm[earlier], HEADLINE, rng)
+                for earlier in others[:index]
+            }
+            for index, arm in enumerate(others)
         },
     }
 
 
 def _differences(
-    rows: Sequence[Row], reference: Sequence[Row], rng: np.random.Generator
+    rows: Sequence[Row], others: Sequence[Row], keys: Iterable[str], rng: np.random.Generator
 ) -> dict[str, Any]:
-    """Paired difference of every metric with its verdict."""
+    """Paired difference of the metrics with its verdict."""
     entries = {}
-    for key, metric in METRICS.items():
-        difference = paired_difference(column(rows, key), column(reference, key), rng)
+    for key in keys:
+        difference = paired_difference(column(rows, key), column(others, key), rng)
         entries[aggregate_name(key)] = {
             **as_json(difference),
-            "verdict": verdict(difference, metric.better),
+            "verdict": verdict(difference, METRICS[key].better),
         }
     return entries
 

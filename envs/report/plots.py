@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from envs.metric_table import METRICS, aggregate_name
+from envs.metric_table import HEADLINE, METRICS, aggregate_name
 from envs.summary import ALL_SCENARIOS
 
 ARM_COLORS = (
@@ -33,15 +33,8 @@ OUTCOME_COLORS = {
 INK = "#010203"
 """Stands for the page's text color, which replaces it in the SVG."""
 
-SHOWN = (
-    "success",
-    "time_to_goal_penalized",
-    "clearance_min",
-    "intrusion_ratio@4.8",
-    "pedestrian_delay",
-    "forecast_fde",
-)
-"""Columns with a panel of their own."""
+SHOWN = tuple(key for key in HEADLINE if key != "collision_pedestrian")
+"""Columns with a panel of their own; collisions are in the plot of outcomes."""
 
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",

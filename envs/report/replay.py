@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 HISTORY_SECONDS = 2.8
 END_SECONDS = 1.0
 """How long a video rests on its last frame."""
+VIDEO_SIDE_PX = 800
+"""Longer side of a video; encoding takes most of the time and grows with the area."""
 
 
 def write_video(trace: Trace, path: Path, *, title: str = "") -> None:
@@ -43,33 +45,41 @@ def write_picture(trace: Trace, path: Path, *, row: int | None = None, title: st
         title: Said below the picture.
     """
     chosen = busiest_row(trace) if row is None else row
-    map_image, pixel_from_world = render_map(trace.scenario.map)
-    image = draw(trace, chosen, map_image, pixel_from_world, title)
+    image = draw(trace, chosen, render_map(trace.scenario.map), title)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(path, cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
 
 
 def frames(trace: Trace, title: str = "") -> Iterator[Image]:
     """RGB frames of the episode, one per row, the last one held for a second."""
-    map_image, pixel_from_world = render_map(trace.scenario.map)
-    image = None
-    for row in range(len(trace.position)):
-        image = draw(trace, row, map_image, pixel_from_world, title)
-        yield image
-    if image is not None:
-        for _ in range(round(END_SECONDS / trace.dt)):
-            yield image
+    picture = render_map(trace.scenario.map)
+    scale = VIDEO_SIDE_PX / max(picture[0].shape[:2])
+    last = len(trace.position) - 1
+    for row in range(last):
+        yield draw(trace, row, picture, title, scale)
+    yield from [draw(trace, last, picture, title, scale)] * (1 + round(END_SECONDS / trace.dt))
 
 
 def draw(
-    trace: Trace, row: int, map_image: Image, pixel_from_world: Floats, title: str = ""
+    trace: Trace,
+    row: int,
+    picture: tuple[Image, Floats],
+    title: str = "",
+    scale: float | None = None,
 ) -> Image:
-    """One row of the trace as an RGB picture over its map."""
+    """One row of the trace as an RGB image over its map.
+
+    Args:
+        trace: What happened.
+        row: Which moment.
+        picture: What `crowdsim.render.render_map` gives for the map.
+        title: Said below the picture.
+        scale: Enlargement of the map, as `crowdsim.render.render_frame` takes it.
+    """
     people = range(trace.position.shape[1])
     pose = (*trace.robot_position[row].tolist(), float(trace.robot_heading[row]))
     return render_frame(
-        map_image,
-        pixel_from_world,
+        *picture,
         positions=trace.position[row],
         radius=trace.radius,
         valid=trace.valid[row],
@@ -82,6 +92,7 @@ def draw(
         robot_history=trace.robot_position[: row + 1],
         robot_goal=(float(trace.robot_goal[0]), float(trace.robot_goal[1])),
         text=_text(trace, row, title),
+        scale=scale,
     )
 
 
