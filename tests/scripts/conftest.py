@@ -1,21 +1,13 @@
 """Runs the program inside the test's own process, which is quick."""
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import pytest
+from command_line import Crowdnav, Outcome
 
 from scripts.__main__ import main
 
 
-class Outcome(NamedTuple):
-    status: int
-    out: str
-    err: str
-
-
 @pytest.fixture
-def crowdnav(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+def crowdnav(capsys: pytest.CaptureFixture[str]) -> Crowdnav:
     """Runs one command line and tells its exit status and what it printed."""
 
     def run(*arguments: object) -> Outcome:

@@ -1,18 +1,15 @@
 """Commands end to end, as small as they get; what they compute is tested beside the packages."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from command_line import Crowdnav
 
 from predictor.forecaster import BUNDLED_WEIGHTS
 from scripts.demo import scenarios
-from tests.scripts.conftest import Outcome
-
-Crowdnav = Callable[..., Outcome]
 
 
 def test_evaluation_leaves_report_rows_summary_and_configuration(

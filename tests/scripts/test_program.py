@@ -3,17 +3,15 @@
 import resource
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import yaml
+from command_line import Crowdnav
 
 import scripts.__main__ as program
 from scripts.__main__ import COMMANDS
-from tests.scripts.conftest import Outcome
 
-Crowdnav = Callable[..., Outcome]
 ROOT = Path(__file__).parents[2]
 
 
