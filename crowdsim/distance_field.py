@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +15,9 @@ FloatArray = NDArray[np.float64]
 
 MARGIN = 1.0
 """How far the grid reaches beyond the map and its walls [m]; farther out nothing is felt."""
+
+BLOCK = 16
+"""Grid points along the edge of a block that is computed together."""
 
 
 class DistanceField:
@@ -101,7 +105,7 @@ def distance_to_segment(x: float, y: float, segment: FloatArray) -> tuple[float,
     if squared > 0:
         t = min(1.0, max(0.0, ((x - ax) * bx + (y - ay) * by) / squared))
     dx, dy = x - ax - t * bx, y - ay - t * by
-    return np.hypot(dx, dy), dx, dy
+    return math.sqrt(dx * dx + dy * dy), dx, dy
 
 
 @njit(cache=True)
@@ -120,17 +124,34 @@ def _mix(ll: float, lr: float, ul: float, ur: float, a: float, b: float) -> floa
 
 @njit(cache=True)
 def _fill(grid: FloatArray, origin: FloatArray, cell: float, segments: FloatArray) -> None:
+    """Compute the grid block by block, each from the few segments that can be nearest in it."""
     rows, columns, _ = grid.shape
-    for row in range(rows):
-        y = origin[1] + row * cell
-        for column in range(columns):
-            grid[row, column] = _nearest(origin[0] + column * cell, y, segments)
+    for top in range(0, rows, BLOCK):
+        for left in range(0, columns, BLOCK):
+            corner = origin[0] + left * cell, origin[1] + top * cell
+            near = _candidates(corner[0], corner[1], BLOCK * cell, segments)
+            for row in range(top, min(top + BLOCK, rows)):
+                for column in range(left, min(left + BLOCK, columns)):
+                    x, y = origin[0] + column * cell, origin[1] + row * cell
+                    grid[row, column] = _nearest(x, y, near)
+
+
+@njit(cache=True)
+def _candidates(x: float, y: float, size: float, segments: FloatArray) -> FloatArray:
+    """Segments that may be the nearest one somewhere in the square with low corner (x, y)."""
+    distances = np.empty(len(segments))
+    for index in range(len(segments)):
+        middle = x + size / 2, y + size / 2
+        distances[index] = distance_to_segment(middle[0], middle[1], segments[index])[0]
+    # From the middle to a corner each distance changes by at most half the diagonal.
+    near: FloatArray = segments[distances <= distances.min() + math.sqrt(2) * size]
+    return near
 
 
 @njit(cache=True)
 def _nearest(x: float, y: float, segments: FloatArray) -> tuple[float, float, float]:
     nearest, away_x, away_y = np.inf, 0.0, 0.0
-    for index in range(segments.shape[0]):
+    for index in range(len(segments)):
         distance, dx, dy = distance_to_segment(x, y, segments[index])
         if distance < nearest:
             nearest, away_x, away_y = distance, dx, dy

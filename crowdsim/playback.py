@@ -12,7 +12,11 @@ BoolArray = NDArray[np.bool_]
 
 
 class Playback:
-    """Tracks of a recording, interpolated between its frames and exact at them."""
+    """Tracks of a recording, interpolated between its frames and exact at them.
+
+    Attributes:
+        goals: `(N, 2)` where each person was seen last [m].
+    """
 
     def __init__(self, recording: Recording, first_row: int, physics_dt: float) -> None:
         """Begin at a row of the recording.
@@ -29,6 +33,8 @@ class Playback:
         self._positions = np.ascontiguousarray(recording.positions[first_row:], dtype=np.float64)
         self._valid = np.ascontiguousarray(recording.valid[first_row:])
         self._dt = recording.dt
+        last = len(recording.valid) - 1 - recording.valid[::-1].argmax(axis=0)  # (N,)
+        self.goals: FloatArray = recording.positions[last, np.arange(len(last))]
 
     def place(self, step: int, bodies: FloatArray, present: BoolArray) -> None:
         """Put everybody where they were after so many physics steps.

@@ -118,12 +118,13 @@ class World:
             social_force.max_speed_ratio * self._desired_speed, LEAST_MAX_SPEED
         )
         self._set_up_bodies(pedestrians)
-        self._routes = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
-        self._playback: Playback | None = None
-        if scenario.replay is not None:
+        self._guide: Routes | Playback
+        if scenario.replay is None:
+            self._guide = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
+        else:
             self._ids[:] = scenario.replay.ids
-            self._playback = Playback(scenario.replay, scenario.replay_start, physics_dt)
-            self._playback.place(0, self._bodies, self._present)
+            self._guide = Playback(scenario.replay, scenario.replay_start, physics_dt)
+            self._guide.place(0, self._bodies, self._present)
         self._measure_robot()
 
     def step(self, robot_velocity: Sequence[float] | FloatArray | None = None) -> None:
@@ -136,16 +137,17 @@ class World:
         Raises:
             ValueError: if the velocity is not two finite numbers, or there is no robot to move.
         """
+        guide = self._guide
         self._command_robot(robot_velocity)
-        if self._playback is None:
-            self._choose_velocities()
+        if isinstance(guide, Routes):
+            self._choose_velocities(guide)
         moved = self._solid.step(self._bodies)
         self._take(moved)
         self.step_count += 1
-        if self._playback is None:
-            self._routes.advance(self._bodies, self._radius, self._present, self._ids)
+        if isinstance(guide, Routes):
+            guide.advance(self._bodies, self._radius, self._present, self._ids)
         else:
-            self._playback.place(self.step_count, self._bodies, self._present)
+            guide.place(self.step_count, self._bodies, self._present)
         self._measure_robot()
 
     @property
@@ -185,8 +187,8 @@ class World:
 
     @property
     def goals(self) -> FloatArray:
-        """Waypoints `(N, 2)` that the pedestrians are walking to now [m]."""
-        return self._routes.goals
+        """Waypoints `(N, 2)` being walked to now, or where recorded people end [m]."""
+        return self._guide.goals
 
     @property
     def robot_position(self) -> FloatArray:
@@ -280,9 +282,9 @@ class World:
             raise ValueError(f"robot_velocity: expected finite numbers, found ({vx}, {vy})")
         follow(self._bodies[-1], vx, vy, self._robot.max_acceleration * self.physics_dt)
 
-    def _choose_velocities(self) -> None:
+    def _choose_velocities(self, routes: Routes) -> None:
         """Goal drive, people, walls and whims; all from the same snapshot."""
-        self._routes.steer(self._bodies, self._desired_speed, self._direction)
+        routes.steer(self._bodies, self._desired_speed, self._direction)
         acceleration = accelerations(
             *self._felt,
             self._desired_speed,

@@ -26,11 +26,12 @@ def test_distance_beyond_the_end_of_a_wall_is_to_its_end():
 
 
 def test_grid_points_hold_the_exact_distance():
-    walls = random_walls(7)
-    field = DistanceField(walls, BOUNDS, cell=0.5)
-    for row, column in [(0, 0), (7, 11), (12, 3)]:
-        x, y = field.origin + field.cell * np.array([column, row])
-        assert field.grid[row, column, 0] == distance_to_segments(x, y, walls)
+    walls = random_walls(40)
+    field = DistanceField(walls, BOUNDS, cell=0.25)
+    rows, columns, _ = field.grid.shape
+    x, y = field.origin[:, None] + field.cell * np.arange(max(rows, columns))
+    exact = [[distance_to_segments(x[j], y[i], walls) for j in range(columns)] for i in range(rows)]
+    np.testing.assert_allclose(field.grid[..., 0], exact, atol=1e-12)
 
 
 def test_interpolation_error_is_bounded_by_the_cell():

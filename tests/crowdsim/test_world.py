@@ -299,6 +299,7 @@ class TestReplay:
             run(running, 0.4)
         assert not running.valid.any()
         np.testing.assert_array_equal(running.ids, [17, 4])
+        np.testing.assert_array_equal(running.goals, [[1.0, 0.1], [5.0, 6.1]])
 
     def test_between_frames_they_move_evenly(self):
         running = world(self.start())
