@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from envs.config import CrowdNavConfig, whole_multiple
 from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation, Policy
-from envs.policies.rollouts import Costs, Limits, Scene, improve, wall_points
+from envs.policies.rollouts import Costs, Limits, Scene, improve, walls_seen
 
 Floats = NDArray[np.float64]
 
@@ -40,8 +40,8 @@ class MPPIParameters:
 
     horizon: float = 4.8
     samples: int = 256
-    temperature: float = 0.5
-    noise: float = 0.5
+    temperature: float = 0.2
+    noise: float = 0.8
     noise_time: float = 1.0
     seed: int = 0
     costs: Costs = field(default_factory=Costs)
@@ -75,7 +75,8 @@ class MPPIPolicy(Policy):
         )
         self._noise = noise_table(self._parameters, self._steps, self._limits)
         self._frame_dt = config.frame_dt
-        self._sensor_range = config.sensor_range
+        reach = config.max_speed * self._parameters.horizon + self._parameters.costs.wall_margin
+        self._farthest = min(config.sensor_range, config.robot_radius + reach)
         self._plans: Floats = np.zeros((0, self._steps, 2))
 
     def reset(self, mask: NDArray[np.bool_] | None = None) -> None:
@@ -106,7 +107,7 @@ class MPPIPolicy(Policy):
                 goal=fields[_GOAL],
                 people=people[world][:, valid[world]],
                 reach=reach[world][valid[world]],
-                walls=wall_points(lidar[world], self._sensor_range),
+                walls=walls_seen(lidar[world], self._farthest, 2.0 * self._limits.radius),
             )
 
     def _people(self, observation: Observation) -> Floats:

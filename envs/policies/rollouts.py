@@ -48,7 +48,8 @@ class Costs(NamedTuple):
     Attributes:
         distance: Per metre of way that is left to the goal.
         terminal: Once, per metre of way that is left at the end of the rollout.
-        contact: While touching a person or a wall.
+        contact: While nearer than `slack` to a person or a wall.
+        slack: Clearance that counts as contact: plans are not followed to the centimetre [m].
         person: While touching the edge of a person; falls as a parabola to zero at `person_margin`.
         person_margin: Free space around a person that is left alone where possible [m].
         wall: As `person`, for walls.
@@ -60,10 +61,11 @@ class Costs(NamedTuple):
     distance: float = 1.0
     terminal: float = 1.0
     contact: float = 100.0
-    person: float = 10.0
+    slack: float = 0.1
+    person: float = 20.0
     person_margin: float = 0.5
-    wall: float = 5.0
-    wall_margin: float = 0.2
+    wall: float = 10.0
+    wall_margin: float = 0.3
     smoothness: float = 0.1
     discount: float = 0.85
 
@@ -86,13 +88,13 @@ def way_left(x: float, y: float, waypoint: NDArray[np.float64], goal: NDArray[np
 
 
 @njit(cache=True)
-def proximity(clearance: float, margin: float, weight: float, contact: float) -> float:
+def proximity(clearance: float, margin: float, weight: float, costs: Costs) -> float:
     """Cost per second of being `clearance` metres away, surface to surface."""
     if clearance >= margin:
         return 0.0
-    if clearance < 0.0:
-        return contact + weight
-    share = 1.0 - clearance / margin
+    if clearance < costs.slack:
+        return costs.contact + weight
+    share = (margin - clearance) / (margin - costs.slack)
     return weight * share * share
 
 
@@ -108,19 +110,25 @@ def people_cost(
         squared = dx * dx + dy * dy
         if squared < near * near:
             clearance = math.sqrt(squared) - reach[k]
-            total += proximity(clearance, costs.person_margin, costs.person, costs.contact)
+            total += proximity(clearance, costs.person_margin, costs.person, costs)
     return total
 
 
 @njit(cache=True)
 def wall_cost(x: float, y: float, walls: NDArray[np.float64], radius: float, costs: Costs) -> float:
-    """Cost per second of (x, y) for the nearest of the wall points (P, 2)."""
-    nearest = np.inf
+    """Cost per second of (x, y) for the nearest of the walls (P, 4)."""
+    reach = radius + costs.wall_margin
+    nearest = reach * reach
     for p in range(len(walls)):
         dx, dy = x - walls[p, 0], y - walls[p, 1]
+        along_x, along_y = walls[p, 2], walls[p, 3]
+        length = along_x * along_x + along_y * along_y
+        if length > 0.0:
+            share = min(max((dx * along_x + dy * along_y) / length, 0.0), 1.0)
+            dx, dy = dx - share * along_x, dy - share * along_y
         nearest = min(nearest, dx * dx + dy * dy)
     clearance = math.sqrt(nearest) - radius
-    return proximity(clearance, costs.wall_margin, costs.wall, costs.contact)
+    return proximity(clearance, costs.wall_margin, costs.wall, costs)
 
 
 @njit(cache=True)
@@ -177,7 +185,7 @@ class Scene(NamedTuple):
         goal: (2,) point to reach [m].
         people: (H, K, 2) positions at the end of each rollout step [m].
         reach: (K,) sums of the radii of robot and person [m].
-        walls: (P, 2) points on walls [m].
+        walls: (P, 4) pieces of wall, each a point and the way to its other end [m].
     """
 
     velocity: NDArray[np.float64]
@@ -261,14 +269,29 @@ def improve(
 
 
 @njit(cache=True)
-def wall_points(ranges: NDArray[np.float64], farthest: float) -> NDArray[np.float64]:
-    """Points (P, 2) that lidar rays (R,) hit nearer than `farthest` [m]; ray 0 ahead, CCW."""
-    points = np.empty((len(ranges), 2))
-    count = 0
-    for r in range(len(ranges)):
-        if ranges[r] < farthest:
-            angle = 2.0 * math.pi * r / len(ranges)
-            points[count, 0] = ranges[r] * math.cos(angle)
-            points[count, 1] = ranges[r] * math.sin(angle)
-            count += 1
-    return points[:count]
+def walls_seen(ranges: NDArray[np.float64], farthest: float, gap: float) -> NDArray[np.float64]:
+    """Walls (P, 4), each a point and the way to the next one, that lidar rays (R,) hit.
+
+    Points of neighboring rays less than `gap` apart belong to one wall: what does not fit through
+    need not know whether there is a hole.
+
+    Args:
+        ranges: (R,) ranges of the rays [m]; ray 0 ahead, counter-clockwise.
+        farthest: Rays as long as this have hit nothing that matters [m].
+        gap: Smallest hole that is one [m].
+    """
+    count = len(ranges)
+    walls = np.zeros((count, 4))
+    seen = 0
+    for r in range(count):
+        if ranges[r] >= farthest:
+            continue
+        angle, turn = 2.0 * math.pi * r / count, 2.0 * math.pi * ((r + 1) % count) / count
+        x, y = ranges[r] * math.cos(angle), ranges[r] * math.sin(angle)
+        after = ranges[(r + 1) % count]
+        dx, dy = after * math.cos(turn) - x, after * math.sin(turn) - y
+        walls[seen, 0], walls[seen, 1] = x, y
+        if math.hypot(dx, dy) < gap:
+            walls[seen, 2], walls[seen, 3] = dx, dy
+        seen += 1
+    return walls[:seen]
