@@ -36,7 +36,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
 def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
     metrics = group["arms"][reference]["metrics"]
     return (
-        f"In {metrics['success']['n']} episodes the reference {reference} reached its goal in "
+        f"The reference {reference} (n = {metrics['success']['n']} episodes) reached its goal in "
         f"{share(metrics['success'])} and ended in contact with a pedestrian in "
         f"{share(metrics['collision_pedestrian'])}; brackets hold 95 % intervals."
     )
@@ -48,8 +48,8 @@ def _success_sentence(
     success, difference = group["arms"][arm]["metrics"]["success"], differences["success"]
     return (
         f"{arm} reached its goal in {share(success)}: "
-        f"{difference_text(difference, METRICS['success'])} against {reference} over "
-        f"{difference['n']} paired episodes, {_verdict_words(difference['verdict'])}."
+        f"{difference_text(difference, METRICS['success'])} against {reference} "
+        f"(n = {difference['n']} pairs), {_verdict_words(difference['verdict'])}."
     )
 
 

@@ -270,7 +270,7 @@ def forecast_step_errors(trace: Trace) -> Floats:
     stride = round(trace.frame_dt / trace.dt)
     forecast_steps = trace.forecast.shape[2]
     steps = len(trace.position) - stride * forecast_steps
-    if steps <= 0:
+    if steps <= 0 or trace.position.shape[1] == 0:
         return np.empty((0, forecast_steps))
     column = forecast_columns(trace)[:steps, :, None]  # (S, K, 1)
     rows = np.arange(steps)[:, None, None] + stride * np.arange(1, forecast_steps + 1)
@@ -283,8 +283,10 @@ def forecast_step_errors(trace: Trace) -> Floats:
 
 def forecast_columns(trace: Trace) -> NDArray[np.int64]:
     """(T, K) column of the pedestrian whom each forecast is for; -1 in an empty slot."""
-    if trace.forecast_ids is None or trace.ids.shape[1] == 0:
+    if trace.forecast_ids is None:
         return np.full((len(trace.ids), 0), -1)
+    if trace.ids.shape[1] == 0:
+        return np.full(trace.forecast_ids.shape, -1)
     is_for = trace.forecast_ids[:, :, None] == trace.ids[:, None, :]  # (T, K, N)
     is_for &= trace.valid[:, None, :]
     columns: NDArray[np.int64] = np.where(is_for.any(axis=-1), is_for.argmax(axis=-1), -1)

@@ -65,6 +65,7 @@ class Stage {
 
   show(episode, view, image) {
     [this.episode, this.view, this.image] = [episode, view, image];
+    this.canvas.setAttribute("aria-label", `Replay of ${episode.record.arm}: ${episode.record.outcome_text}`);
     this.resize();
   }
 

@@ -210,6 +210,18 @@ def test_forecasts_of_people_who_leave_do_not_count() -> None:
     assert len(forecast_step_errors(trace)) == 2
 
 
+def test_forecasts_of_nobody_have_no_error() -> None:
+    trace = make_trace(
+        ROBOT,
+        [],
+        forecast=np.zeros((26, 2, 3, 2)),
+        forecast_ids=np.full((26, 2), -1),
+    )
+    row = navigation_metrics(trace)
+    assert np.isnan(row["forecast_fde"])
+    assert row["forecast_count"] == 0
+
+
 def test_a_mean_over_successes_says_so() -> None:
     assert aggregate_name("time_to_goal") == "time_to_goal_on_success"
     assert aggregate_name("path_length") == "path_length"

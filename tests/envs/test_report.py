@@ -151,7 +151,7 @@ def test_the_tables_count_every_arm_and_say_what_they_show(
 
 def test_findings_call_a_small_difference_inconclusive(evaluation: Evaluation) -> None:
     sentences = evaluation.summary["findings"]
-    assert any("reference straight/none reached its goal in 25 %" in text for text in sentences)
+    assert any("reached its goal in 25 % [" in text for text in sentences)
     assert any("+75.0 points" in text and "which is better" in text for text in sentences)
 
 
@@ -159,7 +159,10 @@ def test_arms_with_forecasts_are_compared_with_one_another() -> None:
     rows = [
         {
             **navigation_metrics(crossing(0.8 + 0.1 * seed, forecast=arm != "none")),
-            **{"scenario": "s", "arm": arm, "seed": seed, "forecast_fde": error},
+            "scenario": "s",
+            "arm": arm,
+            "seed": seed,
+            "forecast_fde": error,
         }
         for arm, error in (("none", np.nan), ("near", 0.5), ("far", 1.0))
         for seed in range(5)
