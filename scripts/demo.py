@@ -105,20 +105,21 @@ def scenarios(data: Path | None) -> tuple["ScenarioChoice", ...]:
 
 
 def draw_episode(found: "Evaluation", out: Path) -> None:
-    """Write a video and a picture of the first recorded episode with the predictor's forecasts."""
+    """Write a video and a picture of the last recorded episode with the predictor's forecasts."""
     from envs.report import write_picture, write_video
 
-    shown = next(episode for episode in found.recorded if episode.arm == FORECASTING)
+    shown = [episode for episode in found.recorded if episode.arm == FORECASTING][-1]
     write_video(shown.trace, out / "episode.webm")
     write_picture(shown.trace, out / "episode.png")
 
 
 def print_findings(found: "Evaluation", out: Path) -> None:
-    """Print the table, what was found, and where to look."""
+    """Print the table, what was found about the predictor's forecasts, and where to look."""
     from scripts.tables import print_summary
 
     print_summary(found.summary)
     for sentence in found.summary["findings"]:
-        print(f"* {sentence}")
-    print(f"Report: {out / 'report.html'} (open it in a browser; no network needed)")
-    print(f"Video: {out / 'episode.webm'}, one row per episode: {out / 'episodes.parquet'}")
+        if sentence.startswith(f"{FORECASTING} "):
+            print(f"* {sentence}")
+    print(f"Report, opens offline: {out / 'report.html'}")
+    print(f"One row per episode: {out / 'episodes.parquet'}; video: {out / 'episode.webm'}")

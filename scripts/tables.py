@@ -28,12 +28,13 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     Args:
         summary: Of `envs.evaluation.Evaluation`.
     """
-    table = Table("policy/forecaster", box=SIMPLE, caption=CAPTION)
+    table = Table(box=SIMPLE, show_edge=False, pad_edge=False, caption=CAPTION)
+    table.add_column("policy/forecaster", no_wrap=True)
     for heading in COLUMNS.values():
-        table.add_column(escape(heading), justify="right")
+        table.add_column(escape(heading), justify="right", no_wrap=True)
     for scenario, group in summary["scenarios"].items():
         count = next(iter(group["arms"].values()))["n"]
-        table.add_row(f"[bold]{escape(scenario)}[/bold], n = {count}")
+        table.add_row(f"[bold]{escape(scenario)}[/bold]", f"n = {count}")
         for arm, entry in group["arms"].items():
             cells = [_cell(key, entry["metrics"][aggregate_name(key)]) for key in COLUMNS]
             table.add_row(escape(arm), *map(escape, cells))
