@@ -30,6 +30,8 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
                     f"{_verdict_words(differences['success']['verdict'])}; "
                     f"{_compared(differences)}."
                 )
+                if pooled:
+                    sentences.append(_by_scenario(arm, other, scenarios))
     return sentences + _forecast_sentences(group)
 
 
@@ -69,6 +71,17 @@ def _compared(differences: Mapping[str, Any]) -> str:
     if unclear:
         conclusive.append(f"inconclusive in {_listed(unclear)}")
     return "; ".join(conclusive)
+
+
+def _by_scenario(arm: str, other: str, scenarios: Mapping[str, Any]) -> str:
+    """Whose forecasts are better where: a pooled error hides that scenarios may disagree."""
+    parts = []
+    for name, group in scenarios.items():
+        difference = group["between"][arm][other]["forecast_fde"]
+        if name != ALL_SCENARIOS and difference["mean"] is not None:
+            text = difference_text(difference, METRICS["forecast_fde"])
+            parts.append(f"{name} {text} ({difference['verdict']})")
+    return f"Forecast FDE of {arm} against {other} by scenario: {'; '.join(parts)}."
 
 
 def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import io
 import re
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -67,7 +68,7 @@ def outcome_plot(summary: Mapping[str, Any]) -> str:
                 shares = np.array([group["arms"][arm]["metrics"][outcome]["mean"] for arm in arms])
                 axes.barh(arms, 100 * shares, left=left, color=color, height=0.68)
                 left += 100 * shares
-            axes.set_title(scenario)
+            axes.set_title(_wrapped_name(scenario, 20))
             axes.set_xlim(0, 100)
             axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
             axes.grid(axis="y", visible=False)
@@ -173,7 +174,7 @@ def _draw_metric(axes: Axes, scenarios: Mapping[str, Any], arms: Sequence[str], 
             _draw_interval(axes, entry, column + offset, color, factor, horizontal=False)
     unit = "%" if metric.kind == "share" else metric.unit
     axes.set_title(f"{metric.label} [{unit}]" if unit else metric.label)
-    axes.set_xticks(range(len(scenarios)), [name.replace("_", "\n") for name in scenarios])
+    axes.set_xticks(range(len(scenarios)), [_wrapped_name(name, 10) for name in scenarios])
     axes.set_xlim(-0.5, len(scenarios) - 0.5)
     axes.grid(axis="x", visible=False)
     if metric.kind == "share":
@@ -209,6 +210,11 @@ def _is_known(scenarios: Mapping[str, Any], key: str) -> bool:
         for group in scenarios.values()
         for arm in group["arms"].values()
     )
+
+
+def _wrapped_name(name: str, width: int) -> str:
+    """A scenario's name in lines of at most about `width` letters, broken at its words."""
+    return textwrap.fill(name.replace("_", " "), width, break_long_words=False)
 
 
 def _wrapped_label(key: str) -> str:

@@ -25,8 +25,8 @@ OUTCOMES = {
     "timeout": "time is up",
 }
 IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX = 900, 720
-MARGIN = 1.5
-"""Ground shown around the outermost person [m]."""
+MARGIN = 6.0
+"""Ground shown around the robot's path [m]."""
 PAPER = 0.3
 """Share of white that a photograph is lightened with, so that what is drawn on it stands out."""
 OUTSIDE_RGB = (203, 208, 214)
@@ -121,10 +121,9 @@ def view_of(traces: Sequence[Trace]) -> dict[str, Any]:
 
 
 def view_bounds(map_: Map, traces: Sequence[Trace]) -> Bounds:
-    """Box around robots, goals and people, not larger than the map [m]."""
+    """Box around the robots' paths and goals, not larger than the map [m]."""
     points = [trace.robot_goal[None] for trace in traces]
     points += [trace.robot_position for trace in traces]
-    points += [trace.position[trace.valid] for trace in traces]
     together = np.concatenate(points)
     low = np.maximum(together.min(axis=0) - MARGIN, map_.bounds[:2])
     high = np.minimum(together.max(axis=0) + MARGIN, map_.bounds[2:])

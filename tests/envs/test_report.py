@@ -115,12 +115,10 @@ def test_a_photograph_is_shown_from_straight_above() -> None:
     assert view[row - round(scale), column].tolist() == [255, 255, 255]
 
 
-def test_the_view_holds_everybody_but_no_more_than_the_map() -> None:
-    trace = crossing(1.0)
-    x_min, y_min, x_max, y_max = view_bounds(trace.scenario.map, [trace])
-    assert x_min <= -3.0 < 3.0 <= x_max
-    assert -20.0 <= y_min <= -3.0
-    assert y_max >= trace.position[..., 1].max()
+def test_the_view_follows_the_robot_but_stays_on_the_map() -> None:
+    near, far = crossing(1.0), make_trace(walk((15.0, 0.0), (1.0, 0.0), 10), [])
+    bounds = view_bounds(near.scenario.map, [near, far])
+    assert bounds == pytest.approx((-9.0, -6.0, 20.0, 6.0))
 
 
 def test_the_page_asks_nobody_for_anything(page: Path) -> None:
@@ -167,10 +165,14 @@ def test_arms_with_forecasts_are_compared_with_one_another() -> None:
         for arm, error in (("none", np.nan), ("near", 0.5), ("far", 1.0))
         for seed in range(5)
     ]
+    rows += [{**row, "scenario": "t", "forecast_fde": 1.5 - row["forecast_fde"]} for row in rows]
     sentences = findings(summarize(rows, reference="none"))
     pair = next(text for text in sentences if text.startswith("far against near"))
-    assert "worse in forecast FDE by +0.50 m [+0.50, +0.50]" in pair
+    assert "inconclusive in" in pair
     assert "success +0.0 points" in pair
+    by_scenario = next(text for text in sentences if "by scenario" in text)
+    assert "s +0.50 m [+0.50, +0.50] (worse)" in by_scenario
+    assert "t -0.50 m [-0.50, -0.50] (better)" in by_scenario
 
 
 def test_a_history_ends_where_the_person_was_somebody_else() -> None:
