@@ -81,7 +81,7 @@ def _by_scenario(arm: str, other: str, scenarios: Mapping[str, Any]) -> str:
         if name != ALL_SCENARIOS and difference["mean"] is not None:
             text = difference_text(difference, METRICS["forecast_fde"])
             parts.append(f"{name} {text} ({difference['verdict']})")
-    return f"Forecast FDE of {arm} against {other} by scenario: {'; '.join(parts)}."
+    return f"{arm} against {other} by scenario, forecast FDE: {'; '.join(parts)}."
 
 
 def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
