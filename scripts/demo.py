@@ -57,6 +57,7 @@ def demo(
         workers=cores() if workers is None else workers,
         statistics_seed=seed,
     )
+    print("The first run begins by compiling the simulator and the planner, half a minute or so.")
     with episodes_bar() as progress:
         found = evaluate(config, progress=progress, command="crowdnav demo")
     write_evaluation(found, out)
