@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 BRAKE, STEER = 1, 2
 """Rows of the sample table that hold no noise: stop now, and head for the target at full speed."""
 
+NEGLIGIBLE = 16.0
+"""Rollouts that cost this many temperatures more than the best one (1e-7 of its weight) end."""
+
 STEERING_GAIN = 2.0
 """Angular speed per radian of bearing to the target [1/s]."""
 
@@ -67,7 +70,7 @@ class Costs(NamedTuple):
     wall: float = 10.0
     wall_margin: float = 0.3
     smoothness: float = 0.1
-    discount: float = 0.85
+    discount: float = 0.7
 
 
 @njit(cache=True)
@@ -197,13 +200,28 @@ class Scene(NamedTuple):
 
 
 @njit(cache=True)
+def at_least(left: float, steps: int, limits: Limits, costs: Costs) -> float:
+    """Smallest cost of `steps` more steps with `left` metres to go: straight, at full speed."""
+    stride = limits.speed * limits.dt
+    moving = min(steps, int(left / stride))
+    path = moving * left - stride * 0.5 * moving * (moving + 1)
+    return costs.distance * limits.dt * path + costs.terminal * max(left - steps * stride, 0.0)
+
+
+@njit(cache=True)
 def rollout(
-    controls: NDArray[np.float64], steering: bool, scene: Scene, limits: Limits, costs: Costs
+    controls: NDArray[np.float64],
+    steering: bool,
+    worst: float,
+    scene: Scene,
+    limits: Limits,
+    costs: Costs,
 ) -> float:
-    """Roll controls (H, 2) out from rest at the origin and return the cost.
+    """Roll controls (H, 2) out from the origin and return the cost.
 
     The controls are replaced by what the robot can follow (or, when `steering`, by what heads for
-    the target). The rollout ends where the goal is reached.
+    the target). The rollout ends where the goal is reached, or, with infinite cost, as soon as
+    the cost is bound to exceed `worst`.
     """
     x, y, heading, total = 0.0, 0.0, 0.0, 0.0
     last_a, last_b = scene.velocity[0], scene.velocity[1]
@@ -229,6 +247,8 @@ def rollout(
         if math.hypot(x - scene.goal[0], y - scene.goal[1]) < limits.goal_radius:
             controls[t + 1 :] = controls[t]
             return float(total)
+        if total + at_least(left, len(controls) - 1 - t, limits, costs) > worst:
+            return np.inf
     return float(total + costs.terminal * left)
 
 
@@ -259,9 +279,12 @@ def improve(
     samples = nominal + noise
     samples[BRAKE] = 0.0
     totals = np.empty(len(samples))
+    best = np.inf
     for s in range(len(samples)):
-        totals[s] = rollout(samples[s], s == STEER, scene, limits, costs)
-    weights = np.exp((totals.min() - totals) / temperature)
+        worst = best + NEGLIGIBLE * temperature
+        totals[s] = rollout(samples[s], s == STEER, worst, scene, limits, costs)
+        best = min(best, totals[s])
+    weights = np.exp((best - totals) / temperature)
     weights /= weights.sum()
     nominal[:] = 0.0
     for s in range(len(samples)):
