@@ -120,6 +120,8 @@ class TrainConfig:
             of the predicted one that it meets in use.
         mirror: Mirror a window along the heading with probability 1/2.
         scale: A window is scaled by a factor drawn from [1 - scale, 1 + scale].
+        hide_map: Share of windows whose map is hidden: worlds may have none.
+        recolor: Share of windows whose map is shown in other colours (`augment.recolor`).
         truncate: Share of scenes whose first frames are hidden, so that the model learns to
             forecast from 1 to 7 observed frames.
         stride: Frames between two training windows.
@@ -137,6 +139,8 @@ class TrainConfig:
     true_goal: bool = True
     mirror: bool = False
     scale: float = 0.0
+    hide_map: float = 0.0
+    recolor: float = 0.0
     truncate: float = 0.25
     stride: int = 1
     seed: int = 0
@@ -153,7 +157,9 @@ class TrainConfig:
             f"schedule must be 'step' or 'one_cycle', got {self.schedule!r}",
         )
         _require(0.0 <= self.scale < 1.0, f"scale must be in [0, 1), got {self.scale}")
-        _require(0.0 <= self.truncate <= 1.0, f"truncate must be in [0, 1], got {self.truncate}")
+        for name in ("hide_map", "recolor", "truncate"):
+            value = getattr(self, name)
+            _require(0.0 <= value <= 1.0, f"{name} must be in [0, 1], got {value}")
         _require(self.seed >= 0, f"seed must not be negative, got {self.seed}")
 
 
@@ -170,6 +176,8 @@ RESIDUAL = (
         true_goal=False,
         mirror=True,
         scale=0.2,
+        hide_map=0.2,
+        recolor=0.5,
     ),
 )
 """Corrections of constant velocity, trained on the goals that the model itself predicts."""

@@ -14,6 +14,7 @@ from torch import Tensor
 from torch.optim.lr_scheduler import LRScheduler, OneCycleLR, StepLR
 from tqdm import tqdm
 
+from predictor.augment import augmented_batch
 from predictor.checkpoint import save_checkpoint
 from predictor.config import ModelConfig, TrainConfig
 from predictor.datasets import describe, read_training
@@ -121,7 +122,7 @@ def fit(
     for epoch in range(1, training.epochs + 1):
         network.train()
         for rows in _batches(len(windows), training.batch_size, rng):
-            inputs, future = windows.batch(rows, _stretch(len(rows), training, rng))
+            inputs, future = augmented_batch(windows, rows, training, rng)
             objective = _objective(network, inputs, future, true_goal=training.true_goal)
             _require_finite(objective, epoch)
             optimizer.zero_grad()
@@ -189,13 +190,6 @@ def _batches(count: int, size: int, rng: np.random.Generator) -> Iterator[NDArra
     order = rng.permutation(count)
     for start in range(0, count, size):
         yield order[start : start + size]
-
-
-def _stretch(count: int, training: TrainConfig, rng: np.random.Generator) -> NDArray[np.float64]:
-    """(B, 2) factors on x and y: the augmentation of a batch."""
-    scale = rng.uniform(1.0 - training.scale, 1.0 + training.scale, count)
-    mirrored = training.mirror & (rng.random(count) < 0.5)
-    return np.stack([scale, np.where(mirrored, -scale, scale)], axis=1)
 
 
 def evaluate_windows(network: IterativeAttention, windows: Windows) -> dict[str, float]:

@@ -10,6 +10,7 @@ import torch
 from hand_made_crowds import walkers
 
 from crowdsim.recordings import Recording, write_recordings
+from predictor.augment import augmented_batch, recolor
 from predictor.config import ModelConfig, TrainConfig, named_configuration
 from predictor.datasets import read_training
 from predictor.inputs import build_inputs
@@ -190,3 +191,29 @@ def test_a_loss_that_is_not_finite_stops(tmp_path: Path) -> None:
             progress=False,
         )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_recolored_map_keeps_its_shapes_and_its_edge() -> None:
+    rng = np.random.default_rng(0)
+    crop = np.zeros((20, 16, 16, 3), dtype=np.uint8)
+    crop[:, :, 4:10], crop[:, :, 10:] = (200, 60, 30), (40, 180, 90)
+    other = recolor(crop, rng)
+    assert not other[:, :, :4].any()
+    for side in (slice(4, 10), slice(10, 16)):
+        assert (other[:, :, side] == other[:, :1, side.start : side.start + 1]).all()
+        assert (other[:, 0, side.start].std(axis=0) > 20.0).all()
+
+
+def test_hidden_maps_and_palettes_follow_the_configuration() -> None:
+    windows = extract_windows(crowds(8), PATCH)
+    rows = np.arange(len(windows))
+    plain = windows.batch(rows)[0]
+    kept = augmented_batch(windows, rows, TrainConfig(), np.random.default_rng(0))[0]
+    assert np.array_equal(kept.crop, plain.crop)
+    assert kept.crop_valid.all()
+    changing = TrainConfig(hide_map=0.25, recolor=0.5)
+    changed = augmented_batch(windows, rows, changing, np.random.default_rng(0))[0]
+    assert changed.crop is not None
+    assert plain.crop is not None
+    assert 0.15 < (~changed.crop_valid).mean() < 0.35
+    assert 0.35 < (changed.crop != plain.crop).any(axis=(1, 2, 3)).mean() < 0.65
