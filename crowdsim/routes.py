@@ -69,7 +69,10 @@ class Routes:
         self._on_arrival = _ON_ARRIVAL[on_arrival]
         self._start_velocity = pedestrians.velocity
         self._next_id = len(pedestrians)
-        self._anchors, self._fields, self._origin = _plan(self.points, world_map)
+        walked_to = np.ones(self.points.shape[:2], dtype=np.bool_)
+        # Nobody but those who return ever walks to the start.
+        walked_to[:, 0] = on_arrival == "return"
+        self._anchors, self._fields, self._origin = _plan(self.points, walked_to, world_map)
 
     @property
     def goals(self) -> FloatArray:
@@ -124,8 +127,10 @@ class Routes:
         )
 
 
-def _plan(points: FloatArray, world_map: Map) -> tuple[AnchorArray, IntArray, FloatArray]:
-    """Find the geodesic fields that lead to the points `(N, G + 1, 2)`.
+def _plan(
+    points: FloatArray, walked_to: BoolArray, world_map: Map
+) -> tuple[AnchorArray, IntArray, FloatArray]:
+    """Find the geodesic fields that lead to those points `(N, G + 1, 2)` that are walked to.
 
     Returns:
         anchors: `(F, H, W)` of all fields.
@@ -133,7 +138,7 @@ def _plan(points: FloatArray, world_map: Map) -> tuple[AnchorArray, IntArray, Fl
         origin: `(2,)` of the fields' grid [m].
     """
     fields = np.full(points.shape[:2], STRAIGHT, dtype=np.int64)
-    rows, legs = np.nonzero(_needs_field(points, world_map))
+    rows, legs = np.nonzero(walked_to & _needs_field(points, world_map))
     if len(rows) == 0:
         return np.zeros((0, 0, 0), dtype=np.int32), fields, np.zeros(2)
     places = np.round(points[rows, legs] / GOAL_SPACING) * GOAL_SPACING
