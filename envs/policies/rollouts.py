@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 BRAKE, STEER = 1, 2
 """Rows of the sample table that hold no noise: stop now, and head for the target at full speed."""
 
+SPREADING = 2.0
+"""Time after which the margin around people grows no more [s]; a crowd would fill the room."""
+
 NEGLIGIBLE = 16.0
 """Rollouts that cost this many temperatures more than the best one (1e-7 of its weight) end."""
 
@@ -55,10 +58,12 @@ class Costs(NamedTuple):
         slack: Clearance that counts as contact: plans are not followed to the centimetre [m].
         person: While touching the edge of a person; falls as a parabola to zero at `person_margin`.
         person_margin: Free space around a person that is left alone where possible [m].
+        spread: Growth of `person_margin` per second ahead, as forecasts grow uncertain [m/s];
+            it ends after `SPREADING` seconds.
         wall: As `person`, for walls.
         wall_margin: As `person_margin`, for walls [m].
         smoothness: Per squared change of the control (in units of its limit) and step.
-        discount: Factor on the costs of people per second ahead, as forecasts grow uncertain.
+        discount: Factor on the costs of people per second ahead: later plans will mend the rest.
     """
 
     distance: float = 1.0
@@ -67,6 +72,7 @@ class Costs(NamedTuple):
     slack: float = 0.1
     person: float = 20.0
     person_margin: float = 0.5
+    spread: float = 0.2
     wall: float = 10.0
     wall_margin: float = 0.3
     smoothness: float = 0.1
@@ -103,18 +109,24 @@ def proximity(clearance: float, margin: float, weight: float, costs: Costs) -> f
 
 @njit(cache=True)
 def people_cost(
-    x: float, y: float, people: NDArray[np.float64], reach: NDArray[np.float64], costs: Costs
+    x: float,
+    y: float,
+    ahead: float,
+    people: NDArray[np.float64],
+    reach: NDArray[np.float64],
+    costs: Costs,
 ) -> float:
-    """Cost per second of (x, y) among people (K, 2) with sums of radii `reach` (K,)."""
+    """Cost per second of (x, y) in `ahead` seconds, among people (K, 2) with radii in `reach`."""
+    margin = costs.person_margin + costs.spread * min(ahead, SPREADING)
     total = 0.0
     for k in range(len(people)):
         dx, dy = x - people[k, 0], y - people[k, 1]
-        near = reach[k] + costs.person_margin
+        near = reach[k] + margin
         squared = dx * dx + dy * dy
         if squared < near * near:
             clearance = math.sqrt(squared) - reach[k]
-            total += proximity(clearance, costs.person_margin, costs.person, costs)
-    return total
+            total += proximity(clearance, margin, costs.person, costs)
+    return float(total * costs.discount**ahead)
 
 
 @njit(cache=True)
@@ -236,10 +248,9 @@ def rollout(
         controls[t, 0], controls[t, 1] = a, b
         x, y, heading = advance(x, y, heading, a, b, limits)
         left = way_left(x, y, scene.waypoint, scene.goal)
-        trust = costs.discount ** ((t + 1) * limits.dt)
-        rate = costs.distance * left + trust * people_cost(
-            x, y, scene.people[t], scene.reach, costs
-        )
+        ahead = (t + 1) * limits.dt
+        rate = costs.distance * left
+        rate += people_cost(x, y, ahead, scene.people[t], scene.reach, costs)
         rate += wall_cost(x, y, scene.walls, limits.radius, costs)
         jerk = ((a - last_a) / limits.speed) ** 2 + ((b - last_b) / unit) ** 2
         total += rate * limits.dt + costs.smoothness * jerk
