@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crowdsim.motion import ModelChoice, MotionModel, draw_models
+
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+ALONE = -1
+"""Group of who has none."""
+
+_BROADCAST = ("model", "notices_robot", "group")
+"""Columns for which one value for all will do."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,6 +32,10 @@ class Pedestrians:
         relaxation_time: `(N,)` time in which that speed is taken up [s].
         radius: `(N,)` of the body [m].
         mass: `(N,)` [kg].
+        notices_robot: `(N,)` whether they see a robot at all, and keep off it; all unless told.
+        group: `(N,)` number of the group with which they walk, -1 for who is alone; all unless
+            told.
+        model: `(N,)` codes of `MotionModel`, by which each moves; the social force unless told.
     """
 
     position: FloatArray
@@ -31,6 +45,9 @@ class Pedestrians:
     relaxation_time: FloatArray
     radius: FloatArray
     mass: FloatArray
+    notices_robot: BoolArray = field(default_factory=lambda: np.array(True))
+    group: IntArray = field(default_factory=lambda: np.array(ALONE))
+    model: IntArray = field(default_factory=lambda: np.array(MotionModel.SOCIAL_FORCE))
 
     def __post_init__(self) -> None:
         """Refuse what the physics engine would silently accept.
@@ -44,6 +61,9 @@ class Pedestrians:
                 f"waypoints: expected shape ({count}, G, 2) with G >= 1, "
                 f"found {self.waypoints.shape}"
             )
+        for name in _BROADCAST:
+            if getattr(self, name).ndim == 0:
+                object.__setattr__(self, name, np.full(count, getattr(self, name)))
         goals = self.waypoints.shape[1]
         shapes = {"position": (count, 2), "velocity": (count, 2), "waypoints": (count, goals, 2)}
         for name in (column.name for column in fields(self)):
@@ -53,6 +73,8 @@ class Pedestrians:
                 raise ValueError(f"{name}: expected > 0, found {getattr(self, name).min()}")
         if (self.desired_speed < 0).any():
             raise ValueError(f"desired_speed: expected >= 0, found {self.desired_speed.min()}")
+        if not np.isin(self.model, list(MotionModel)).all():
+            raise ValueError(f"model: expected codes of MotionModel, found {np.unique(self.model)}")
 
     def __len__(self) -> int:
         return len(self.position)
@@ -66,6 +88,7 @@ class Pedestrians:
         waypoints: ArrayLike,
         desired_speed: ArrayLike | None = None,
         radius: ArrayLike | None = None,
+        model: ModelChoice = "social_force",
     ) -> Pedestrians:
         """Draw adults who are already walking towards their first waypoint.
 
@@ -80,14 +103,16 @@ class Pedestrians:
             waypoints: `(N, G, 2)`, or `(N, 2)` for a single goal each [m].
             desired_speed: `(N,)` or one for all [m/s], instead of drawn ones.
             radius: `(N,)` or one for all [m], instead of drawn ones.
+            model: the motion model of all, or the share of each (see `draw_models`).
 
         Raises:
-            ValueError: if the arrays do not agree in shape or are not finite.
+            ValueError: if the arrays do not agree in shape or are not finite, or a model is
+                unknown.
         """
         start = np.array(position, dtype=np.float64).reshape(-1, 2)
         route = np.array(waypoints, dtype=np.float64)
         route = route[:, None, :] if route.ndim == 2 else route  # (N, G, 2)
-        speed_rng, radius_rng = rng.spawn(2)
+        speed_rng, radius_rng, model_rng = rng.spawn(3)
         if desired_speed is None:
             desired_speed = np.clip(speed_rng.normal(1.34, 0.26, len(start)), 0.5, 2.2)
         if radius is None:
@@ -101,6 +126,7 @@ class Pedestrians:
             relaxation_time=_column(0.5, len(start)),
             radius=_column(radius, len(start)),
             mass=_column(80.0, len(start)),
+            model=draw_models(model_rng, len(start), model),
         )
 
 

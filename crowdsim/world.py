@@ -15,6 +15,9 @@ from crowdsim.bodies import WALL_RADIUS, Bodies
 from crowdsim.contacts import keep_outside_walls, robot_clearances
 from crowdsim.distance_field import distance_field
 from crowdsim.forces import SocialForce, accelerations, robot_repulsion
+from crowdsim.headed import HeadedSocialForce
+from crowdsim.mixed_crowd import MixedCrowd
+from crowdsim.orca import Orca
 from crowdsim.playback import Playback
 from crowdsim.routes import Routes
 
@@ -33,6 +36,8 @@ LEAST_MAX_SPEED = 0.6
 """People who want to stand can still step aside this fast [m/s]."""
 
 DEFAULT_SOCIAL_FORCE = SocialForce()
+DEFAULT_HEADED_SOCIAL_FORCE = HeadedSocialForce()
+DEFAULT_ORCA = Orca()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +91,8 @@ class World:
         *,
         rng: np.random.Generator,
         social_force: SocialForce = DEFAULT_SOCIAL_FORCE,
+        headed_social_force: HeadedSocialForce = DEFAULT_HEADED_SOCIAL_FORCE,
+        orca: Orca = DEFAULT_ORCA,
         physics_dt: float = 0.05,
         robot: RobotBody | None = None,
     ) -> None:
@@ -118,6 +125,18 @@ class World:
             social_force.max_speed_ratio * self._desired_speed, LEAST_MAX_SPEED
         )
         self._set_up_bodies(pedestrians)
+        self._mixed = None
+        if pedestrians.model.any():
+            self._mixed = MixedCrowd(
+                pedestrians,
+                notices_robot=np.ones(len(pedestrians), dtype=np.bool_),
+                max_speed=self._max_speed,
+                walls=self._walls,
+                wall_field=self._wall_field,
+                headed_social_force=headed_social_force,
+                orca=orca,
+                dt=self.physics_dt,
+            )
         self._guide: Routes | Playback
         if scenario.replay is None:
             self._guide = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
@@ -285,17 +304,20 @@ class World:
     def _choose_velocities(self, routes: Routes) -> None:
         """Goal drive, people, walls and whims; all from the same snapshot."""
         routes.steer(self._bodies, self._desired_speed, self._direction)
+        noise = self._rng.standard_normal((self._count, 2))
         acceleration = accelerations(
             *self._felt,
             self._desired_speed,
             self._relaxation_time,
-            self._rng.standard_normal((self._count, 2)),
+            noise,
             self.physics_dt,
             self._wall_field.grid,
             self._wall_field.origin,
             self._wall_field.cell,
             self._model,
         )
+        if self._mixed is not None:
+            self._mixed.replace(acceleration, *self._felt, noise)
         accelerate(self._bodies, acceleration, self._max_speed, self.physics_dt)
 
     def _take(self, moved: FloatArray) -> None:

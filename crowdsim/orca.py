@@ -1,0 +1,259 @@
+"""Optimal reciprocal collision avoidance: the velocity nearest to the wanted one that hits nobody.
+
+Van den Berg, Guy, Lin and Manocha, "Reciprocal n-body collision avoidance", 2011. With x the way
+from a to b, v = v_a - v_b, r the sum of the radii and T the time horizon, a and b meet within T if
+v lies in the velocity obstacle, the cone of all discs with centre x / t and radius r / t, t <= T.
+If it does, u is the smallest change that brings v to the border, where n points outwards, and a
+takes its share s of it:
+
+    permitted for a: (v - (v_a + s u)) . n >= 0
+
+s is one half between two who both give way, and one against who does not. Walls permit no velocity
+that reaches their nearest point within their own, shorter time horizon T_w: (D - r) / T_w is the
+speed towards a wall at distance D (the paper takes the whole cone of every wall instead; at a
+wall's end this is a little stricter, so that people slow down in doors).
+
+Our own, because the one package with wheels on the index, pyrvo, brings a second simulator along,
+moves its agents by its own clock, knows neither contacts nor other models beside its own, and takes
+8 to 18 us per agent and step through its interface (`crowdnav benchmark`).
+"""
+
+import math
+from dataclasses import astuple, dataclass, fields
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from crowdsim.bodies import WALL_RADIUS
+from crowdsim.cell_list import build_cell_list
+from crowdsim.distance_field import distance_to_segment, sample
+from crowdsim.half_planes import nearest_permitted
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+RecordArray = NDArray[np.void]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orca:
+    """Parameters of the model.
+
+    Attributes:
+        horizon: T, people avoid whom they would meet within it [s].
+        wall_horizon: T_w, likewise for walls [s].
+        interaction_range: people farther apart than this ignore each other [m].
+        neighbors: at most so many are looked at, the nearest ones.
+        wavering: deviation of the wanted velocity from one step to the next, which breaks perfect
+            symmetry [m/s].
+        max_acceleration: how hard people change their velocity [m/s^2].
+    """
+
+    horizon: float = 3.0
+    wall_horizon: float = 0.5
+    interaction_range: float = 6.0
+    neighbors: int = 10
+    wavering: float = 0.02
+    max_acceleration: float = 5.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            ValueError: if a parameter is not finite, or not positive (`wavering` may be 0).
+        """
+        for name, value in zip((f.name for f in fields(self)), astuple(self), strict=True):
+            if not (np.isfinite(value) and (value > 0 or (name == "wavering" and value == 0))):
+                raise ValueError(f"{name}: expected a finite value > 0, found {value}")
+
+    def record(self) -> RecordArray:
+        """Give the parameters as the one-row record array that the kernels take."""
+        dtype = [(f.name, np.int64 if f.name == "neighbors" else np.float64) for f in fields(self)]
+        return np.array([astuple(self)], dtype=dtype)
+
+
+@njit(cache=True)
+def avoid(
+    gives_way: BoolArray,
+    takes_part: BoolArray,
+    notices_robot: BoolArray,
+    bodies: FloatArray,
+    present: BoolArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    desired_speed: FloatArray,
+    max_speed: FloatArray,
+    noise: FloatArray,
+    dt: float,
+    walls: FloatArray,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
+    model: RecordArray,
+    acceleration: FloatArray,
+) -> None:
+    """Write the accelerations that bring those who take part to their permitted velocities.
+
+    Args:
+        gives_way: `(M,)` whose half of the evasion can be counted on.
+        takes_part: `(N,)` who moves by this model.
+        notices_robot: `(N,)` who of them is aware of the robot.
+        bodies: `(M, 4)` x, y, vx, vy; the N pedestrians first, then perhaps the robot.
+        present: `(M,)` who is there.
+        radius: `(M,)` [m].
+        direction: `(M, 2)` wanted direction, shorter than 1 for who wants to be slow.
+        desired_speed: `(N,)` [m/s].
+        max_speed: `(N,)` [m/s].
+        noise: `(N, 2)` standard normal draws for this step.
+        dt: its length [s].
+        walls: `(S, 2, 2)` segments [m].
+        wall_grid: `(H, W, 3)` grid of their `DistanceField`.
+        wall_origin: `(2,)` its origin [m].
+        wall_cell: its spacing [m].
+        model: parameters, as `Orca.record` gives them.
+        acceleration: `(M, 2)` [m/s^2], changed in place.
+    """
+    members, starts, columns = build_cell_list(bodies, present, model[0].interaction_range)
+    planes = np.empty((len(walls) + model[0].neighbors, 4))
+    near = np.empty(model[0].neighbors, dtype=np.int64)
+    for cell in range(len(starts) - 1):
+        for i in members[starts[cell] : starts[cell + 1]]:
+            if i >= len(takes_part) or not takes_part[i]:
+                continue
+            reach = radius[i] + WALL_RADIUS + max_speed[i] * model[0].wall_horizon
+            firm = 0
+            distance = sample(wall_grid, wall_origin, wall_cell, bodies[i, 0], bodies[i, 1])[0]
+            # A cell of the grid more, for between its points the distance is interpolated.
+            if distance <= reach + wall_cell:
+                firm = wall_planes(bodies[i], radius[i], reach, walls, model, planes)
+            seen = len(bodies) if notices_robot[i] else len(takes_part)
+            found = _nearest(i, seen, cell, members, starts, columns, bodies, model, near)
+            for k in range(found):
+                j = near[k]
+                share = 0.5 if gives_way[j] else 1.0
+                planes[firm + k] = person_plane(
+                    bodies[i], bodies[j], radius[i] + radius[j], share, model[0].horizon, dt
+                )
+            vx, vy = nearest_permitted(
+                planes,
+                firm + found,
+                firm,
+                desired_speed[i] * direction[i, 0] + model[0].wavering * noise[i, 0],
+                desired_speed[i] * direction[i, 1] + model[0].wavering * noise[i, 1],
+                max_speed[i],
+            )
+            change_x, change_y = (vx - bodies[i, 2]) / dt, (vy - bodies[i, 3]) / dt
+            change = math.hypot(change_x, change_y)
+            scale = min(1.0, model[0].max_acceleration / change) if change > 0 else 0.0
+            acceleration[i] = change_x * scale, change_y * scale
+
+
+@njit(cache=True)
+def person_plane(
+    body: FloatArray, other: FloatArray, contact: float, share: float, horizon: float, dt: float
+) -> tuple[float, float, float, float]:
+    """Half-plane (px, py, nx, ny) of the velocities with which a body avoids another.
+
+    Args:
+        body: `(4,)` x, y, vx, vy of who avoids.
+        other: `(4,)` of who is avoided.
+        contact: sum of the radii [m].
+        share: of the evasion that `body` takes.
+        horizon: T [s].
+        dt: time in which those who overlap part [s].
+    """
+    vx, vy = body[2] - other[2], body[3] - other[3]
+    ux, uy, nx, ny = way_out(other[0] - body[0], other[1] - body[1], vx, vy, contact, horizon, dt)
+    return body[2] + share * ux, body[3] + share * uy, nx, ny
+
+
+@njit(cache=True)
+def way_out(
+    x: float, y: float, vx: float, vy: float, contact: float, horizon: float, dt: float
+) -> tuple[float, float, float, float]:
+    """Vector u from a relative velocity to the border of the velocity obstacle, and its normal n.
+
+    Args:
+        x: of the other as seen from here [m].
+        y: likewise.
+        vx: own velocity minus the other's [m/s].
+        vy: likewise.
+        contact: sum of the radii [m].
+        horizon: T [s].
+        dt: time in which those who overlap part [s].
+
+    Returns:
+        (ux, uy, nx, ny); u points into the obstacle for a velocity that is outside it.
+    """
+    squared = x * x + y * y
+    overlap = squared <= contact * contact
+    end = dt if overlap else horizon
+    wx, wy = vx - x / end, vy - y / end
+    before_end = wx * x + wy * y
+    length = math.hypot(wx, wy)
+    if overlap or (before_end < 0 and before_end**2 > contact**2 * length**2):
+        nx, ny = (wx / length, wy / length) if length > 0 else (0.0, 0.0)
+        depth = contact / end - length
+        return depth * nx, depth * ny, nx, ny
+    # The legs of the cone touch the disc of radius r around x; n is normal to the nearer one.
+    side = 1.0 if x * wy - y * wx > 0 else -1.0
+    leg, bend = math.sqrt(squared - contact * contact), side * contact
+    nx = -side * (x * bend + y * leg) / squared
+    ny = side * (x * leg - y * bend) / squared
+    depth = -(vx * nx + vy * ny)
+    return depth * nx, depth * ny, nx, ny
+
+
+@njit(cache=True)
+def wall_planes(
+    body: FloatArray,
+    radius: float,
+    reach: float,
+    walls: FloatArray,
+    model: RecordArray,
+    planes: FloatArray,
+) -> int:
+    """Write the half-planes of the walls within `reach` [m] of a body; gives how many there are."""
+    count = 0
+    for index in range(len(walls)):
+        distance, away_x, away_y = distance_to_segment(body[0], body[1], walls[index])
+        if 0 < distance <= reach:
+            nx, ny = away_x / distance, away_y / distance
+            towards = (distance - radius - WALL_RADIUS) / model[0].wall_horizon
+            planes[count] = -towards * nx, -towards * ny, nx, ny
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def _nearest(
+    body: int,
+    seen: int,
+    cell: int,
+    members: IntArray,
+    starts: IntArray,
+    columns: int,
+    bodies: FloatArray,
+    model: RecordArray,
+    near: IntArray,
+) -> int:
+    """Write who of the first `seen` bodies are nearest, nearest first; gives how many they are."""
+    count = 0
+    far = np.full(len(near), model[0].interaction_range ** 2)
+    left, right = min(cell % columns, 1), min(columns - 1 - cell % columns, 1)
+    for middle in (cell - columns, cell, cell + columns):
+        if not 0 <= middle < len(starts) - 1:
+            continue
+        for other in members[starts[middle - left] : starts[middle + right + 1]]:
+            dx, dy = bodies[other, 0] - bodies[body, 0], bodies[other, 1] - bodies[body, 1]
+            squared = dx * dx + dy * dy
+            if other == body or other >= seen or squared >= far[-1]:
+                continue
+            place = min(count, len(near) - 1)
+            while place > 0 and far[place - 1] > squared:
+                far[place], near[place] = far[place - 1], near[place - 1]
+                place -= 1
+            far[place], near[place] = squared, other
+            count = min(count + 1, len(near))
+    return count
