@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
+from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenario import OnArrival, Scenario
 from crowdsim.scenarios.placement import place, require_count, require_range
@@ -23,6 +24,7 @@ def circular_crossing(
     radius: float = 6.0,
     noise: float = 0.5,
     on_arrival: OnArrival = "return",
+    model: ModelChoice = "social_force",
 ) -> Scenario:
     """People start on a circle and walk to the opposite point; the robot crosses it from the south.
 
@@ -32,6 +34,7 @@ def circular_crossing(
         radius: Radius of the circle [m], 2 to 30.
         noise: Starts are moved by up to this much along x and y [m], 0 to 2.
         on_arrival: `return` (walk back and forth for ever) or `stop`.
+        model: Motion model of all, or the share of each.
 
     Raises:
         ValueError: A parameter is out of range, or the circle is too small for the people.
@@ -52,7 +55,7 @@ def circular_crossing(
     return Scenario(
         name="circular_crossing",
         map=_square(radius + MARGIN),
-        pedestrians=Pedestrians.draw(rng, position=start, waypoints=-start),
+        pedestrians=Pedestrians.draw(rng, position=start, waypoints=-start, model=model),
         on_arrival=on_arrival,
         robot_start=(0.0, -radius, math.pi / 2.0),
         robot_goal=(0.0, radius),

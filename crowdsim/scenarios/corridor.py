@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
+from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import place, require_count, require_range
@@ -24,6 +25,7 @@ def parallel_traffic(
     length: float = 24.0,
     width: float = 5.0,
     oncoming: float = 0.5,
+    model: ModelChoice = "social_force",
 ) -> Scenario:
     """People walk along a corridor both ways, each in a lane; the robot goes with one stream.
 
@@ -35,6 +37,7 @@ def parallel_traffic(
         length: Length of the corridor [m], 14 to 100.
         width: Distance between its walls [m], 2 to 20.
         oncoming: Share of people who walk against the robot, 0 to 1.
+        model: Motion model of all, or the share of each.
 
     Raises:
         ValueError: A parameter is out of range, or the corridor is too small for the people.
@@ -55,7 +58,7 @@ def parallel_traffic(
     return Scenario(
         name="parallel_traffic",
         map=_corridor(length, width),
-        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goal),
+        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goal, model=model),
         on_arrival="respawn",
         entrances=goal * [-1.0, 1.0],
         robot_start=(-robot_x, 0.0, 0.0),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
+from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import place, require_count, require_range
@@ -26,6 +27,7 @@ def narrow_doorway(
     room_length: float = 7.0,
     room_width: float = 7.0,
     crossing: float = 0.5,
+    model: ModelChoice = "social_force",
 ) -> Scenario:
     """The robot has to pass a door that people use both ways, for as long as the episode lasts.
 
@@ -39,6 +41,7 @@ def narrow_doorway(
         room_length: Depth of each room, away from the door [m], 4 to 30.
         room_width: Width of both rooms [m], 4 to 30.
         crossing: Share of people who use the door, 0 to 1.
+        model: Motion model of all, or the share of each.
 
     Raises:
         ValueError: A parameter is out of range, or the rooms are too small for the people.
@@ -64,7 +67,7 @@ def narrow_doorway(
     return Scenario(
         name="narrow_doorway",
         map=_two_rooms(door_width, room_length, room_width),
-        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goals),
+        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goals, model=model),
         on_arrival="return",
         robot_start=(-robot_x, 0.0, 0.0),
         robot_goal=(robot_x, 0.0),

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import place, require_count
@@ -26,7 +27,11 @@ Gate = tuple[int, float, bool]
 
 
 def urban_crossing(
-    rng: np.random.Generator, *, pedestrians: int = 24, layout: int | None = None
+    rng: np.random.Generator,
+    *,
+    pedestrians: int = 24,
+    layout: int | None = None,
+    model: ModelChoice = "social_force",
 ) -> Scenario:
     """The robot crosses a street with the people: along a pavement, over the crosswalk, and on.
 
@@ -39,6 +44,7 @@ def urban_crossing(
         layout: Which street, 0 to 99,999; None draws one of the first 64. Streets differ in all
             widths, setbacks, lawns, trees, alleys, and are mirrored and turned by multiples of 90
             degrees. `mixed` training sets keep to the others.
+        model: Motion model of all, or the share of each.
 
     Raises:
         ValueError: A parameter is out of range, or the street is too small for the people.
@@ -64,7 +70,9 @@ def urban_crossing(
     return Scenario(
         name="urban_crossing",
         map=plan.map,
-        pedestrians=Pedestrians.draw(rng, position=start @ to_world, waypoints=turned[:, 1:]),
+        pedestrians=Pedestrians.draw(
+            rng, position=start @ to_world, waypoints=turned[:, 1:], model=model
+        ),
         on_arrival="respawn",
         entrances=turned[:, 0],
         robot_start=(*(robot_start @ to_world).tolist(), float(np.arctan2(ahead[1], ahead[0]))),
