@@ -7,11 +7,17 @@ from typing import Final
 
 import numpy as np
 
+from crowdsim.maps.mall import mall
 from crowdsim.maps.plan import Place
 from crowdsim.maps.square import square
+from crowdsim.maps.station import station
+from crowdsim.maps.street import street
 
 PLACES: Final[dict[str, Callable[[np.random.Generator], Place]]] = {
     "square": square,
+    "street": street,
+    "station": station,
+    "mall": mall,
 }
 LAYOUTS: Final = 100_000
 """Number of different places of a kind."""

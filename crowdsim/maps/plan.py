@@ -82,16 +82,20 @@ class Plan:
         self._parts.append((surface, polygon))
         self.ground = self.ground.union(shapely.Polygon(polygon))
 
+    def pave(self, surface: Surface, polygon: FloatArray) -> None:
+        """Give ground a surface where people do not get to: a track behind its railing."""
+        self._parts.append((surface, polygon))
+
     def build(self, surface: Surface, polygon: FloatArray) -> None:
         """Put a solid thing down, wherever that is."""
         self._parts.append((surface, polygon))
         self.ground = self.ground.difference(shapely.Polygon(polygon))
 
-    def wall(self, start: Sequence[float], end: Sequence[float]) -> None:
+    def wall(self, start: ArrayLike, end: ArrayLike) -> None:
         """Put a railing between two points."""
         self._walls.append(np.array([start, end], dtype=np.float64))
 
-    def gate(self, start: Sequence[float], end: Sequence[float]) -> None:
+    def gate(self, start: ArrayLike, end: ArrayLike) -> None:
         """Let people come and go on a straight line, and keep its surroundings free."""
         gate = np.array([start, end], dtype=np.float64)
         self._gates.append(gate)

@@ -1,10 +1,9 @@
 """Outlines of things that stand in places: each gives polygons in metres, counter-clockwise."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.surfaces import Surface
 
@@ -33,7 +32,7 @@ def slab(x: float, y: float, angle: float, length: float, width: float) -> Float
     return np.asarray(np.array([x, y]) + offsets)
 
 
-def lane(start: Sequence[float], end: Sequence[float], width: float) -> FloatArray:
+def lane(start: ArrayLike, end: ArrayLike, width: float) -> FloatArray:
     """Rectangle (4, 2) between two points, as wide as a street."""
     ahead = np.subtract(end, start)
     middle = 0.5 * np.add(start, end)
@@ -75,6 +74,8 @@ def terrace(x: float, y: float, angle: float, rows: int, columns: int) -> list[P
     parts = []
     for row in range(rows):
         for column in range(columns):
-            offset = 2.0 * ((column - 0.5 * (columns - 1)) * along + (row - 0.5 * (rows - 1)) * across)
+            offset = 2.0 * (
+                (column - 0.5 * (columns - 1)) * along + (row - 0.5 * (rows - 1)) * across
+            )
             parts.append((Surface.BUILDING, disc(x + offset[0], y + offset[1], 0.45, 8)))
     return parts

@@ -83,9 +83,13 @@ def _shops(plan: Plan, court: FloatArray) -> None:
         length = float(np.linalg.norm(there - here))
         ahead = (there - here) / length
         outward = np.array([ahead[1], -ahead[0]])
-        for along in np.arange(plan.rng.uniform(2.5, 5.0), length - 2.5, plan.rng.uniform(5.0, 9.0)):
+        for along in np.arange(
+            plan.rng.uniform(2.5, 5.0), length - 2.5, plan.rng.uniform(5.0, 9.0)
+        ):
             sill = here + along * ahead
-            recess = lane(sill - OVERLAP * outward, sill + 0.9 * outward, plan.rng.uniform(1.4, 2.6))
+            recess = lane(
+                sill - OVERLAP * outward, sill + 0.9 * outward, plan.rng.uniform(1.4, 2.6)
+            )
             if not plan.is_open(sill + 0.9 * outward):
                 plan.open(recess)
                 plan.door(*(sill - 0.4 * outward))
@@ -121,16 +125,16 @@ def _ring_of_benches(plan: Plan, x: float, y: float, radius: float) -> None:
 
 def _lawn(plan: Plan, x: float, y: float) -> None:
     """A lawn in quarters, with paths between them and trees on it."""
-    rng = plan.rng
+    rng, middle = plan.rng, np.array([x, y])
     half, path = rng.uniform(5.0, 8.0, 2), rng.uniform(1.8, 3.0)
     for side_x in (-1, 1):
         for side_y in (-1, 1):
             near, far = 0.5 * path * np.array([side_x, side_y]), half * [side_x, side_y]
-            low, high = np.minimum(near, far) + [x, y], np.maximum(near, far) + [x, y]
+            low, high = middle + np.minimum(near, far), middle + np.maximum(near, far)
             plan.open(box(*low, *high), Surface.GRASS)
             for _ in range(int(rng.integers(1, 4))):
-                at = rng.uniform(low + 1.2, high - 1.2)
-                plan.furnish(tree(*at, rng.uniform(0.7, 1.5)), gap=1.0)
+                u, v = rng.uniform(low + 1.2, high - 1.2)
+                plan.furnish(tree(u, v, rng.uniform(0.7, 1.5)), gap=1.0)
 
 
 def _market(plan: Plan, x: float, y: float) -> None:
@@ -142,7 +146,7 @@ def _market(plan: Plan, x: float, y: float) -> None:
     for row in np.arange(-1.0, 1.5):
         for column in np.arange(-1.5, 2.0):
             at = np.array([x, y]) + column * (pitch - 0.4) * along + row * pitch * across
-            stall = [(Surface.BUILDING, slab(*at, angle, rng.uniform(1.8, 2.6), 1.6))]
+            stall = [(Surface.BUILDING, slab(at[0], at[1], angle, rng.uniform(1.8, 2.6), 1.6))]
             if rng.random() < 0.85 and plan.furnish(stall, gap=1.0):
                 plan.stop(*(at + 1.6 * across))
 
