@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
+from crowdsim.motion import MODEL_NAMES
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenario import Scenario
 from crowdsim.world import World
@@ -22,18 +23,23 @@ SETTLE_STEPS: Final = 100
 
 
 def crowd(seed: int) -> list[dict[str, Any]]:
-    """Measure worlds of `COUNTS` people, in the open and between walls.
+    """Measure worlds of `COUNTS` people by each model of motion, in the open and between walls.
 
     A step is `World.step` at its own `physics_dt` and reading back all positions and velocities.
 
     Returns:
         Rows with `n`, `walls`, `model`, `steps_per_s` and `pedestrian_steps_per_s`.
     """
-    return [_measure(count, walls, seed) for walls in (False, True) for count in COUNTS]
+    return [
+        _measure(count, walls, model, seed)
+        for model in MODEL_NAMES
+        for walls in (False, True)
+        for count in COUNTS
+    ]
 
 
-def _measure(count: int, walls: bool, seed: int) -> dict[str, Any]:
-    world = World(counterflow(count, walls, seed), rng=np.random.default_rng(seed))
+def _measure(count: int, walls: bool, model: str, seed: int) -> dict[str, Any]:
+    world = World(counterflow(count, walls, model, seed), rng=np.random.default_rng(seed))
     for _ in range(SETTLE_STEPS):
         world.step()
 
@@ -45,19 +51,20 @@ def _measure(count: int, walls: bool, seed: int) -> dict[str, Any]:
     return {
         "n": count,
         "walls": walls,
-        "model": "social_force",
+        "model": model,
         "steps_per_s": round(rate, 1),
         "pedestrian_steps_per_s": round(rate * count),
     }
 
 
-def counterflow(count: int, walls: bool, seed: int) -> Scenario:
+def counterflow(count: int, walls: bool, model: str, seed: int) -> Scenario:
     """People in rows, some walking left and some right for ever, 4 m^2 of ground for each.
 
     Args:
         count: Number of people.
         walls: Whether there are walls around all and between the rows. They are felt by everybody
             and stand in nobody's way: way-finding is not what is measured.
+        model: by which everybody moves.
         seed: Seed of where people stand and how fast they want to walk.
     """
     rng = np.random.default_rng(seed)
@@ -78,7 +85,7 @@ def counterflow(count: int, walls: bool, seed: int) -> Scenario:
     return Scenario(
         name="counterflow",
         map=Map(bounds=(0.0, 0.0, width, height), walls=_walls(width, rows if walls else 0)),
-        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goal),
+        pedestrians=Pedestrians.draw(rng, position=start, waypoints=goal, model=model),
         on_arrival="return",
         robot_start=(0.5, 0.5, 0.0),
         robot_goal=(width - 0.5, height - 0.5),
