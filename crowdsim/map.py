@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -63,26 +64,20 @@ class Map:
     @cached_property
     def obstacles(self) -> shapely.Geometry:
         """The area that is not walkable, as one shapely geometry (walls have no area)."""
-        area: shapely.Geometry = shapely.Polygon()
-        if not self.background.walkable:
-            area = shapely.box(*self.bounds)
-        for surface, corners in self.surfaces:
-            polygon = shapely.Polygon(corners)
-            area = area.difference(polygon) if surface.walkable else area.union(polygon)
+        area = self._covered_by([surface for surface in Surface if not surface.walkable])
         shapely.prepare(area)
         return area
 
     @cached_property
     def segments(self) -> NDArray[np.float64]:
         """All that bodies bump into: walls and the outlines of obstacles, `(S, 2, 2)` [m]."""
-        outlines = [self.walls]
-        for ring in shapely.get_rings(shapely.get_parts(self.obstacles)):
-            corners = shapely.get_coordinates(ring)
-            outlines.append(np.stack([corners[:-1], corners[1:]], axis=1))  # (R, 2, 2)
-        segments: NDArray[np.float64] = np.concatenate(outlines).astype(np.float64)
-        segments = segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
-        segments.flags.writeable = False
-        return segments
+        return self._walls_and_outlines(self.obstacles)
+
+    @cached_property
+    def occluders(self) -> NDArray[np.float64]:
+        """All that one cannot look across, `(S, 2, 2)` [m]: `segments` without the water's edge."""
+        opaque = [surface for surface in Surface if not surface.see_through]
+        return self._walls_and_outlines(self._covered_by(opaque))
 
     def walkable(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for points `(..., 2)` [m] whether the ground can be walked on, `(...,)`."""
@@ -95,6 +90,26 @@ class Map:
         x_min, y_min, x_max, y_max = self.bounds
         inside = (points >= (x_min, y_min)).all(axis=-1) & (points <= (x_max, y_max)).all(axis=-1)
         return np.asarray(free & inside)
+
+    def _covered_by(self, kinds: Collection[Surface]) -> shapely.Geometry:
+        """The area where the topmost surface is of some kinds."""
+        area: shapely.Geometry = shapely.Polygon()
+        if self.background in kinds:
+            area = shapely.box(*self.bounds)
+        for surface, corners in self.surfaces:
+            polygon = shapely.Polygon(corners)
+            area = area.union(polygon) if surface in kinds else area.difference(polygon)
+        return area
+
+    def _walls_and_outlines(self, area: shapely.Geometry) -> NDArray[np.float64]:
+        outlines = [self.walls]
+        for ring in shapely.get_rings(shapely.get_parts(area)):
+            corners = shapely.get_coordinates(ring)
+            outlines.append(np.stack([corners[:-1], corners[1:]], axis=1))  # (R, 2, 2)
+        segments: NDArray[np.float64] = np.concatenate(outlines).astype(np.float64)
+        segments = segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
+        segments.flags.writeable = False
+        return segments
 
 
 def _check_polygon(name: str, polygon: NDArray[np.float64]) -> None:

@@ -55,3 +55,36 @@ def test_fast_scan_equals_every_ray_against_every_wall():
 def test_bad_arguments_are_refused():
     with pytest.raises(ValueError, match="rays >= 1"):
         cast_rays(ROOM, [[0.0, 0.0]], [0.0], 0, 3.0)
+
+
+def test_people_are_targets_when_asked_for():
+    people = [[3.0, 0.0, 0.3], [0.0, 4.0, 0.5]]
+    scan = cast_rays(ROOM[:0], [[0.0, 0.0]], [0.0], 4, 10.0, discs=people)[0]
+    np.testing.assert_allclose(scan, [2.7, 3.5, 10.0, 10.0])
+
+
+def test_a_person_behind_a_wall_is_not_hit_and_one_before_it_is():
+    wall = np.array([[[2.0, -1.0], [2.0, 1.0]]])
+    for x, distance in ((4.0, 2.0), (1.5, 1.2)):
+        scan = cast_rays(wall, [[0.0, 0.0]], [0.0], 4, 10.0, discs=[[x, 0.0, 0.3]])
+        assert scan[0, 0] == pytest.approx(distance)
+
+
+def test_rays_beside_the_middle_meet_the_round_side_of_a_person():
+    angle = 2 * np.pi / 100
+    scan = cast_rays(ROOM[:0], [[0.0, 0.0]], [0.0], 100, 10.0, discs=[[3.0, 0.0, 0.5]])[0]
+    expected = 3 * np.cos(angle) - np.sqrt(0.25 - 9 * np.sin(angle) ** 2)
+    np.testing.assert_allclose(scan[[0, 1, -1]], [2.5, expected, expected])
+    hit = np.arcsin(0.5 / 3) // angle
+    assert (scan < 10).sum() == 2 * hit + 1
+
+
+def test_the_scanners_own_body_is_no_target():
+    scan = cast_rays(ROOM[:0], [[0.1, 0.0]], [0.0], 8, 5.0, discs=[[0.0, 0.0, 0.3]])
+    np.testing.assert_array_equal(scan, 5.0)
+
+
+@pytest.mark.parametrize("discs", [[[1.0, 2.0]], [[1.0, 2.0, 0.0]], [[np.nan, 2.0, 0.3]]])
+def test_malformed_people_are_refused(discs):
+    with pytest.raises(ValueError, match="discs: expected"):
+        cast_rays(ROOM, [[0.0, 0.0]], [0.0], 8, 3.0, discs=discs)
