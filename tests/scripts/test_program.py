@@ -1,5 +1,6 @@
 """What holds for every subcommand: quick help, bad input in one line, configuration files."""
 
+import os
 import resource
 import subprocess
 import sys
@@ -126,3 +127,30 @@ def test_mistakes_of_the_program_keep_their_traceback(
     monkeypatch.setitem(program.COMMANDS, "stress", broken)
     with pytest.raises(ZeroDivisionError):
         crowdnav("stress")
+
+
+def test_an_interrupt_is_one_line_and_status_130(
+    crowdnav: Crowdnav, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(**options: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(program.COMMANDS, "stress", interrupted)
+    outcome = crowdnav("stress")
+    assert (outcome.status, outcome.err) == (130, "crowdnav: stopped: interrupted\n")
+
+
+def test_a_foreign_package_named_envs_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "envs").mkdir()
+    (tmp_path / "envs" / "__init__.py").touch()
+    process = subprocess.run(
+        [sys.executable, "-m", "scripts", "benchmark", "--only", "crowd_peers"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert process.returncode == 2
+    assert process.stderr.startswith("crowdnav: error: expected the package 'envs'")
+    assert process.stderr.count("\n") == 1
