@@ -1,4 +1,14 @@
-"""Solid bodies and walls in a pymunk space, read and written in batches."""
+"""Solid bodies and walls in a pymunk space, read and written in batches.
+
+Where the bodies are and how fast they move is all that a step hands to the next one. pymunk keeps
+more than that, and so a space that was built anew would drift metres away from one that has been
+running: impulses of the contacts that last, a velocity that undoes overlaps, and the shape of its
+search tree, which decides in which order contacts are solved. Here the last part of each step moves
+the bodies without looking at contacts, which uses that velocity up and drops the impulses; and a
+spatial hash is filled anew in every step.
+"""
+
+from __future__ import annotations
 
 import numpy as np
 import pymunk
@@ -14,11 +24,20 @@ WALL_RADIUS = 0.05
 OVERLAP_TOLERANCE = 0.005
 """Overlap that the solver leaves alone, so that contacts do not flicker [m]."""
 
-OVERLAP_LEFT_PER_SOLVER_STEP = 0.5
-"""Share of an overlap that is still there after one solver step."""
+OVERLAP_LEFT = 0.25
+"""Share of an overlap that is still there after the part of a step that follows its solution."""
 
-SOLVER_STEPS = 2
-"""Solver steps per physics step; they halve the overlap in dense crowds."""
+SOLVED_PARTS = (0.4, 0.4)
+"""Parts of a physics step, each of which ends with solving the contacts."""
+
+FREE_PART = 0.2
+"""The rest of it. More of it lets bodies sink into each other, less leaves old overlaps."""
+
+CELL = 1.5
+"""Edge of the spatial hash's cells [m]."""
+
+CELLS_PER_BODY = 4
+"""Size of its table."""
 
 _FIELDS = pymunk.batch.BodyFields.POSITION | pymunk.batch.BodyFields.VELOCITY
 
@@ -48,15 +67,18 @@ class Bodies:
             walls: `(S, 2, 2)` segments [m].
             dt: seconds per step.
         """
-        self._solver_dt = dt / SOLVER_STEPS
+        self._radius, self._mass, self._kinematic = radius, mass, kinematic
+        self._walls, self._dt = walls, dt
+        self._solved_dt = tuple(part * dt for part in SOLVED_PARTS)
         self._space = pymunk.Space()
+        self._space.use_spatial_hash(CELL, CELLS_PER_BODY * len(radius) + 1)
         self._space.collision_slop = OVERLAP_TOLERANCE
-        self._space.collision_bias = OVERLAP_LEFT_PER_SOLVER_STEP ** (1 / self._solver_dt)
+        self._space.collision_bias = OVERLAP_LEFT ** (1 / self._solved_dt[-1])
+        self._persistence = self._space.collision_persistence
         for body_radius, body_mass, told in zip(radius, mass, kinematic, strict=True):
             self._add(float(body_radius), float(body_mass), bool(told))
         ground = self._space.static_body
-        for start, end in walls.tolist():
-            self._space.add(pymunk.Segment(ground, start, end, WALL_RADIUS))
+        self._space.add(*(pymunk.Segment(ground, a, b, WALL_RADIUS) for a, b in walls.tolist()))
         # The last row is pymunk's static body, to which the walls belong: it stays at zero.
         self._written: FloatArray = np.zeros((len(radius) + 1, 4))
         self._write_buffer, self._read_buffer = pymunk.batch.Buffer(), pymunk.batch.Buffer()
@@ -73,11 +95,24 @@ class Bodies:
         """
         self._written[:-1] = bodies
         pymunk.batch.set_space_bodies(self._space, _FIELDS, self._write_buffer)
-        for _ in range(SOLVER_STEPS):
-            self._space.step(self._solver_dt)
+        for part in self._solved_dt:
+            self._space.step(part)
+        self._space.collision_persistence = 0  # drops all contacts, those of this part included
+        self._space.step(FREE_PART * self._dt)
+        self._space.collision_persistence = self._persistence
         self._read_buffer.clear()
         pymunk.batch.get_space_bodies(self._space, _FIELDS, self._read_buffer)
         return self._read[:-1]
+
+    def another(self) -> Bodies:
+        """Build a space of its own for the same bodies and walls."""
+        return Bodies(
+            radius=self._radius,
+            mass=self._mass,
+            kinematic=self._kinematic,
+            walls=self._walls,
+            dt=self._dt,
+        )
 
     def _add(self, radius: float, mass: float, kinematic: bool) -> None:
         if kinematic:
