@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
     from envs.config import CrowdNavConfig
 
+UPDATE_STEPS = 64
+"""Steps of every environment between two updates of the weights."""
+
 
 def train_policy(
     scenario: str = "circular_crossing",
@@ -46,7 +49,6 @@ def train_policy(
     from envs.policies.ppo import save_ppo
 
     torch.set_num_threads(1)
-
     config = make_config(
         scenario=scenario,
         scenario_parameters={} if scenario_parameters is None else scenario_parameters,
@@ -56,7 +58,7 @@ def train_policy(
     model = make_model(make_environment(config, environments, seed), seed)
     curve = learn(model, steps, progress_bar=True)
     training = {"steps": model.num_timesteps, "environments": environments, "seed": seed}
-    save_ppo(model, out, config=config, training=training | curve[-1])
+    save_ppo(model, out, config=config, training=training | {"curve": curve[-1:]})
     write_json(out / "curve.json", curve)
     print(report(curve, out))
 
@@ -92,10 +94,10 @@ def make_model(env: "VecEnv", seed: int) -> "PPO":
     return PPO(
         "MultiInputPolicy",
         env,
-        n_steps=128,
-        batch_size=512,
-        n_epochs=5,
-        policy_kwargs=policy_keywords(),
+        learning_rate=5e-4,
+        n_steps=UPDATE_STEPS,
+        batch_size=min(256, UPDATE_STEPS * env.num_envs),
+        policy_kwargs=policy_keywords() | {"log_std_init": -0.5},
         device="cpu",
     )
 
@@ -135,6 +137,8 @@ def curve_point(step: int, episodes: list[dict[str, Any]]) -> dict[str, float]:
 
 def report(curve: list[dict[str, float]], out: Path) -> str:
     """What came out, in one line."""
+    if not curve:
+        return f"too few steps to finish an episode; policy in {out}"
     first, last = curve[0], curve[-1]
     return (
         f"mean return {first['mean_return']} -> {last['mean_return']}, success "

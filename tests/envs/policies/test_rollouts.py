@@ -6,18 +6,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from envs.policies.rollouts import (
+    Costs,
     Limits,
+    Scene,
     advance,
     feasible,
     past,
+    people_cost,
     proximity,
+    rollout,
     steer,
-    wall_points,
+    wall_cost,
+    walls_seen,
     way_left,
 )
 
 WHEELS = Limits(False, 1.2, 1.5, 2.5, 0.3, 0.3, 0.2)
 BALL = WHEELS._replace(holonomic=True)
+COSTS = Costs(contact=100.0, slack=0.1, person=10.0, person_margin=0.5, spread=0.2, discount=0.5)
 CONTROLS = st.floats(-3.0, 3.0)
 
 
@@ -47,10 +53,18 @@ def test_a_full_turn_of_a_unicycle_ends_where_it_began():
 
 
 def test_cost_of_nearness_is_a_parabola_and_contact_comes_on_top():
-    assert proximity(0.5, 0.5, 10.0, 100.0) == 0.0
-    assert proximity(0.25, 0.5, 10.0, 100.0) == pytest.approx(2.5)
-    assert proximity(0.0, 0.5, 10.0, 100.0) == pytest.approx(10.0)
-    assert proximity(-0.01, 0.5, 10.0, 100.0) == pytest.approx(110.0)
+    assert proximity(0.5, 0.5, 10.0, COSTS) == 0.0
+    assert proximity(0.3, 0.5, 10.0, COSTS) == pytest.approx(2.5)
+    assert proximity(0.1, 0.5, 10.0, COSTS) == pytest.approx(10.0)
+    assert proximity(0.09, 0.5, 10.0, COSTS) == pytest.approx(110.0)
+
+
+def test_people_ahead_in_time_are_wider_and_count_less():
+    people, reach = np.array([[1.0, 0.0], [50.0, 0.0]]), np.array([0.5, 0.5])
+    now = people_cost(0.0, 0.0, 0.0, people, reach, COSTS)
+    later = people_cost(0.0, 0.0, 1.0, people, reach, COSTS)
+    assert now == 0.0  # exactly `person_margin` away
+    assert later == pytest.approx(0.5 * proximity(0.5, 0.7, 10.0, COSTS))
 
 
 def test_the_way_leads_over_the_waypoint_until_it_is_passed():
@@ -68,6 +82,39 @@ def test_steering_turns_left_to_a_target_on_the_left():
     np.testing.assert_allclose(steer(0.0, 0.0, 0.0, np.array([0.0, 2.0]), BALL), (0.0, 1.2))
 
 
-def test_wall_points_are_the_rays_that_hit_counter_clockwise_from_ahead():
-    points = wall_points(np.array([1.0, 2.0, 10.0, 3.0]), 10.0)
-    np.testing.assert_allclose(points, [(1.0, 0.0), (0.0, 2.0), (0.0, -3.0)], atol=1e-12)
+def test_walls_are_the_rays_that_hit_counter_clockwise_from_ahead():
+    walls = walls_seen(np.array([1.0, 2.0, 10.0, 3.0]), 10.0, 0.6)
+    expected = [(1.0, 0.0, 0.0, 0.0), (0.0, 2.0, 0.0, 0.0), (0.0, -3.0, 0.0, 0.0)]
+    np.testing.assert_allclose(walls, expected, atol=1e-12)
+
+
+def test_rays_that_leave_no_hole_between_them_hit_one_wall():
+    ranges = np.full(64, 10.0)
+    ranges[[0, 1]] = 1.0, 1.0 / math.cos(2.0 * math.pi / 64)  # a wall across x = 1
+    walls = walls_seen(ranges, 10.0, 0.6)
+    beside = 1.0, math.tan(2.0 * math.pi / 64)
+    np.testing.assert_allclose(walls[0], (1.0, 0.0, 0.0, beside[1]), atol=1e-12)
+    between = wall_cost(0.5, 0.5 * beside[1], walls, 0.35, COSTS)
+    assert between == pytest.approx(proximity(0.15, COSTS.wall_margin, COSTS.wall, COSTS))
+    assert wall_cost(-1.0, 0.0, walls, 0.35, COSTS) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("limits", [WHEELS, BALL])
+@pytest.mark.parametrize("share", [1.5, 0.999])
+def test_a_rollout_is_given_up_only_if_it_is_bound_to_cost_more(limits, share):
+    nobody = np.zeros((24, 0, 2)), np.zeros(0), np.zeros((0, 4))
+    scene = Scene(np.zeros(2), np.array([2.0, 0.5]), np.array([4.0, 1.0]), *nobody)
+    controls = np.tile([0.8, 0.1], (24, 1))
+    cost = rollout(controls.copy(), False, math.inf, scene, limits, COSTS)
+    again = rollout(controls.copy(), False, share * cost, scene, limits, COSTS)
+    assert again == (cost if share > 1.0 else math.inf)
+
+
+def test_a_rollout_ends_at_the_goal():
+    nobody = np.zeros((40, 0, 2)), np.zeros(0), np.zeros((0, 4))
+    goal = np.array([1.0, 0.0])
+    scene = Scene(np.zeros(2), goal, goal, *nobody)
+    costs = []
+    for steps in (20, 40):
+        costs.append(rollout(np.zeros((steps, 2)), True, math.inf, scene, BALL, COSTS))
+    assert costs[0] == costs[1]
