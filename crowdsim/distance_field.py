@@ -96,6 +96,25 @@ def sample(
 
 
 @njit(cache=True)
+def distance_at(grid: FloatArray, origin: FloatArray, cell: float, x: float, y: float) -> float:
+    """Distance [m] alone; `MARGIN`, the least that it can be, off the grid; inf without walls."""
+    rows, columns, _ = grid.shape
+    u = (x - origin[0]) / cell
+    v = (y - origin[1]) / cell
+    if not (0 <= u < columns - 1 and 0 <= v < rows - 1):
+        return MARGIN if grid.size > 0 else np.inf
+    column, row = int(u), int(v)
+    return _mix(
+        grid[row, column, 0],
+        grid[row, column + 1, 0],
+        grid[row + 1, column, 0],
+        grid[row + 1, column + 1, 0],
+        u - column,
+        v - row,
+    )
+
+
+@njit(cache=True)
 def distance_to_segment(x: float, y: float, segment: FloatArray) -> tuple[float, float, float]:
     """Exact distance [m] and the vector (x, y) from the nearest point of a segment `(2, 2)`."""
     ax, ay = segment[0, 0], segment[0, 1]

@@ -11,27 +11,44 @@ anisotropy of Helbing, Farkas, Molnár and Vicsek 2002; all terms per unit of ma
     s(phi) = lambda + (1 - lambda) (1 + cos phi) / 2
 
 with e_i where i wants to go, r_ij the sum of the radii, phi_ij the angle between e_i and the
-direction in which i sees j, D_i the distance to the nearest wall, and xi_i white noise.
+direction in which i sees j, D_i the distance to the nearest wall, and xi_i white noise. The sum is
+over everybody within the range whom no wall hides; who does not notice the robot leaves it out.
 
 People look ahead (Zanlungo, Ikeda and Kanda 2011): n_ij d_ij is not the vector from j to i now but
 the one at t_ij, when the two would be nearest if both kept their velocity, at most T ahead. Without
 that, two people who meet head on brake, stop and only then slide past each other; with it they
 turn aside in time. For people who stand, move side by side, or part, t_ij is 0.
+
+`SocialForce.interaction` puts another law of `crowdsim.interactions` in the place of the circular.
 """
 
 import math
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from crowdsim import distance_field
+from crowdsim import interactions
 from crowdsim.cell_list import build_cell_list
+from crowdsim.interactions import (
+    INTERACTIONS,
+    Interaction,
+    circular,
+    elliptical,
+    moussaid_2009,
+    repulsion,
+)
+from crowdsim.line_of_sight import is_hidden_from, nearest_walls
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 RecordArray = NDArray[np.void]
+
+NEGLIGIBLE: Final = 1e-3
+"""Nobody looks whether a wall hides what is felt less than this [m/s^2]: it moves nobody."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,18 +60,22 @@ class SocialForce:
     1 m lets 1.1 people per second through.
 
     Attributes:
+        interaction: law between people: `circular`, `elliptical` or `moussaid_2009`; the last two
+            want parameters of their own, as `ELLIPTICAL` and `MOUSSAID_2009` have them.
         repulsion: A, of people who touch [m/s^2].
-        repulsion_range: B, distance in which it falls by a factor of e [m].
+        repulsion_range: B, distance in which it falls by a factor of e [m]; gamma of Moussaïd.
         anisotropy: lambda, weight of those behind against those ahead, 0 to 1.
         wall_repulsion: A_w, of a wall that is touched [m/s^2].
         wall_range: B_w [m].
         interaction_range: people farther apart than this ignore each other [m].
         anticipation: T, how far people look ahead [s]; 0 takes everybody where they are now.
+            Moussaïd's law has no use for it.
         whim: sigma, strength of the white noise [m/s^1.5]; it breaks perfect symmetry.
         max_speed_ratio: nobody walks faster than this times the desired speed (1.3 in Helbing
             and Molnár 1995).
     """
 
+    interaction: Interaction = "circular"
     repulsion: float = 2.5
     repulsion_range: float = 0.25
     anisotropy: float = 0.3
@@ -69,9 +90,13 @@ class SocialForce:
         """Check the ranges.
 
         Raises:
-            ValueError: if a parameter is not finite, negative, or a range is zero.
+            ValueError: if the interaction is unknown, or a parameter is not finite, negative, or a
+                range is zero.
         """
-        for name, value in zip((f.name for f in fields(self)), astuple(self), strict=True):
+        if self.interaction not in INTERACTIONS:
+            known = ", ".join(INTERACTIONS)
+            raise ValueError(f"interaction: expected one of {known}, found {self.interaction!r}")
+        for name, value in self._numbers().items():
             if not (np.isfinite(value) and value >= 0):
                 raise ValueError(f"{name}: expected a finite value >= 0, found {value}")
         if min(self.repulsion_range, self.wall_range, self.interaction_range) == 0:
@@ -81,8 +106,27 @@ class SocialForce:
 
     def record(self) -> RecordArray:
         """Give the parameters as the one-row record array that the kernels take."""
-        dtype = [(parameter.name, np.float64) for parameter in fields(self)]
-        return np.array([astuple(self)], dtype=dtype)
+        numbers = self._numbers()
+        dtype = [("interaction", np.int64), *((name, np.float64) for name in numbers)]
+        return np.array([(INTERACTIONS.index(self.interaction), *numbers.values())], dtype=dtype)
+
+    def _numbers(self) -> dict[str, float]:
+        return {name: value for name, value in vars(self).items() if name != "interaction"}
+
+
+ELLIPTICAL: Final = SocialForce(
+    interaction="elliptical",
+    repulsion=2.7,
+    repulsion_range=1.07,
+    anisotropy=0.06,
+    anticipation=0.5,
+)
+"""Johansson, Helbing and Shukla 2007, fitted to videos: A 4.30 m/s^2 of points, 2.7 of bodies."""
+
+MOUSSAID_2009: Final = SocialForce(
+    interaction="moussaid_2009", repulsion=4.5, repulsion_range=0.35, anisotropy=1.0
+)
+"""Moussaïd et al. 2009, fitted to experiments with two people."""
 
 
 @njit(cache=True)
@@ -91,15 +135,6 @@ def goal_drive(
 ) -> float:
     """Acceleration (v0 e - v) / tau along one axis [m/s^2]."""
     return (desired_speed * direction - velocity) / relaxation_time
-
-
-@njit(cache=True)
-def repulsion(strength: float, reach: float, gap: float) -> float:
-    """Acceleration A exp(-gap / B) of two surfaces that are `gap` apart [m/s^2].
-
-    It is minus the gradient of the potential A B exp(-gap / B).
-    """
-    return strength * math.exp(-gap / reach)
 
 
 @njit(cache=True)
@@ -116,6 +151,7 @@ def accelerations(
     direction: FloatArray,
     desired_speed: FloatArray,
     relaxation_time: FloatArray,
+    notices_robot: BoolArray,
     noise: FloatArray,
     dt: float,
     wall_grid: FloatArray,
@@ -132,6 +168,7 @@ def accelerations(
         direction: `(M, 2)` wanted direction e, shorter than 1 for who wants to be slow.
         desired_speed: `(N,)` [m/s].
         relaxation_time: `(N,)` [s].
+        notices_robot: `(N,)` who feels the robot.
         noise: `(N, 2)` standard normal draws for this step.
         dt: its length [s].
         wall_grid: `(H, W, 3)` grid of a `DistanceField`.
@@ -139,14 +176,15 @@ def accelerations(
         wall_cell: its spacing [m].
         model: parameters, as `SocialForce.record` gives them.
     """
-    total = people_repulsion(bodies, present, radius, direction, model)
+    walls = wall_grid, wall_origin, wall_cell
+    nearest = nearest_walls(bodies, *walls)
+    total = people_repulsion(
+        bodies, present, radius, direction, notices_robot, nearest, *walls, model
+    )
     whim = model[0].whim / math.sqrt(dt)
     for i in range(len(desired_speed)):
-        distance, away_x, away_y = distance_field.sample(
-            wall_grid, wall_origin, wall_cell, bodies[i, 0], bodies[i, 1]
-        )
+        distance, away = nearest[i, 0], (nearest[i, 1], nearest[i, 2])
         wall = repulsion(model[0].wall_repulsion, model[0].wall_range, distance - radius[i])
-        away = away_x, away_y
         for axis in range(2):
             drive = goal_drive(
                 desired_speed[i], direction[i, axis], bodies[i, 2 + axis], relaxation_time[i]
@@ -161,12 +199,23 @@ def people_repulsion(
     present: BoolArray,
     radius: FloatArray,
     direction: FloatArray,
+    notices_robot: BoolArray,
+    nearest: FloatArray,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
     model: RecordArray,
 ) -> FloatArray:
-    """Repulsion `(M, 2)` [m/s^2] of each present body by the others within the range."""
+    """Repulsion `(M, 2)` [m/s^2] of each present body by the others within range and sight.
+
+    What the robot feels, in its row, is left open when some do not notice it. `nearest (M, 3)` is
+    what `nearest_walls` gives.
+    """
     members, starts, columns = build_cell_list(bodies, present, model[0].interaction_range)
     sorted_bodies, sorted_radius = bodies[members], radius[members]
-    sorted_direction = direction[members]
+    sorted_direction, sorted_nearest = direction[members], nearest[members]
+    unaware, robot = _unaware(members, notices_robot)
+    walls = wall_grid, wall_origin, wall_cell
     sorted_total = np.zeros((len(members), 2))
     for cell in range(len(starts) - 1):
         last_column = cell % columns == columns - 1
@@ -175,9 +224,9 @@ def people_repulsion(
         end_above = starts[min(above + (1 if last_column else 2), len(starts) - 1)]
         end_right = starts[cell + (1 if last_column else 2)]
         for a in range(starts[cell], starts[cell + 1]):
-            arrays = sorted_bodies, sorted_radius, sorted_direction, model, sorted_total
-            _repel(a, a + 1, end_right, *arrays)
-            _repel(a, first_above, end_above, *arrays)
+            arrays = sorted_bodies, sorted_radius, sorted_direction, unaware, robot, sorted_nearest
+            _repel(a, a + 1, end_right, *arrays, walls, model, sorted_total)
+            _repel(a, first_above, end_above, *arrays, walls, model, sorted_total)
     total = np.zeros((len(bodies), 2))
     total[members] = sorted_total
     return total
@@ -191,6 +240,10 @@ def _repel(
     bodies: FloatArray,
     radius: FloatArray,
     direction: FloatArray,
+    unaware: BoolArray,
+    robot: int,
+    nearest: FloatArray,
+    walls: tuple[FloatArray, FloatArray, float],
     model: RecordArray,
     total: FloatArray,
 ) -> None:
@@ -203,17 +256,14 @@ def _repel(
         squared = dx * dx + dy * dy
         if squared >= reach or squared == 0:
             continue
-        strength, nx, ny = repulsion_ahead(
-            dx,
-            dy,
-            vx - bodies[b, 2],
-            vy - bodies[b, 3],
-            radius[a] + radius[b],
-            model[0].repulsion,
-            model[0].repulsion_range,
-            model[0].anticipation,
+        if (a == robot and unaware[b]) or (b == robot and unaware[a]):
+            continue
+        strength, nx, ny = _interact(
+            dx, dy, vx - bodies[b, 2], vy - bodies[b, 3], radius[a] + radius[b], model
         )
         distance = math.sqrt(squared)
+        if strength > NEGLIGIBLE and is_hidden_from(a, b, bodies, nearest, *walls):
+            continue
         cos_a = -(dx * direction[a, 0] + dy * direction[a, 1]) / distance
         cos_b = (dx * direction[b, 0] + dy * direction[b, 1]) / distance
         on_a = strength * sight(anisotropy, cos_a)
@@ -225,53 +275,32 @@ def _repel(
 
 
 @njit(cache=True)
-def repulsion_ahead(
-    dx: float,
-    dy: float,
-    vx: float,
-    vy: float,
-    contact: float,
-    strength: float,
-    reach: float,
-    horizon: float,
+def _interact(
+    dx: float, dy: float, vx: float, vy: float, contact: float, model: RecordArray
 ) -> tuple[float, float, float]:
-    """Repulsion as if from where the two are going to be nearest, the less the later that is.
-
-    Args:
-        dx: x of one as seen from the other [m].
-        dy: its y [m].
-        vx: how fast dx changes [m/s].
-        vy: how fast dy changes [m/s].
-        contact: sum of the radii [m].
-        strength: A [m/s^2].
-        reach: B [m].
-        horizon: T [s].
-
-    Returns:
-        Acceleration [m/s^2], and the unit vector (x, y) in which it acts.
-    """
-    urgency = 1.0
-    if horizon > 0:
-        wait = time_to_closest(dx, dy, vx, vy)
-        if wait >= horizon:
-            return 0.0, 0.0, 0.0
-        urgency = 1 - wait / horizon
-        dx, dy = dx + wait * vx, dy + wait * vy
-    distance = math.sqrt(dx * dx + dy * dy)
-    if distance == 0:
-        return 0.0, 0.0, 0.0
-    acceleration = urgency * repulsion(strength, reach, distance - contact)
-    return acceleration, dx / distance, dy / distance
+    """Give what the chosen law gives: an acceleration, and the vector that it goes with."""
+    strength, reach, horizon = (
+        model[0].repulsion,
+        model[0].repulsion_range,
+        model[0].anticipation,
+    )
+    if model[0].interaction == interactions.CIRCULAR:
+        return circular(dx, dy, vx, vy, contact, strength, reach, horizon)
+    if model[0].interaction == interactions.ELLIPTICAL:
+        return elliptical(dx, dy, vx, vy, contact, strength, reach, horizon)
+    return moussaid_2009(dx, dy, vx, vy, strength, reach)
 
 
 @njit(cache=True)
-def time_to_closest(dx: float, dy: float, vx: float, vy: float) -> float:
-    """Time [s] until two bodies that keep their velocities are nearest; 0 if they do not approach.
-
-    (dx, dy) is where one is as seen from the other [m], (vx, vy) how fast that changes [m/s].
-    """
-    approach = -(dx * vx + dy * vy)
-    return approach / (vx * vx + vy * vy) if approach > 0 else 0.0
+def _unaware(members: IntArray, notices_robot: BoolArray) -> tuple[BoolArray, int]:
+    """Who of the members does not notice the robot, and which of them it is; -1 without one."""
+    unaware, robot = np.zeros(len(members), dtype=np.bool_), -1
+    for index in range(len(members)):
+        if members[index] == len(notices_robot):
+            robot = index
+        else:
+            unaware[index] = not notices_robot[members[index]]
+    return unaware, robot
 
 
 @njit(cache=True)
@@ -280,16 +309,25 @@ def robot_repulsion(
     present: BoolArray,
     radius: FloatArray,
     direction: FloatArray,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
     model: RecordArray,
 ) -> FloatArray:
-    """Repulsion between the last body, the robot, and each present other [m/s^2].
+    """Repulsion between the last body, the robot, and each present other in its sight [m/s^2].
+
+    Everybody is taken to notice the robot.
 
     Returns:
         `(M, 2)` what each feels from the robot; in the last row what the robot feels from all.
     """
     total = np.zeros((len(bodies), 2))
     robot = len(bodies) - 1
+    unaware = np.zeros(len(bodies), dtype=np.bool_)
+    walls = wall_grid, wall_origin, wall_cell
+    nearest = nearest_walls(bodies, *walls)
+    arrays = bodies, radius, direction, unaware, robot, nearest
     for i in range(robot):
         if present[i]:
-            _repel(i, robot, robot + 1, bodies, radius, direction, model, total)
+            _repel(i, robot, robot + 1, *arrays, walls, model, total)
     return total

@@ -47,21 +47,23 @@ class RobotBody:
     Attributes:
         radius: [m].
         mass: [kg].
-        visible: whether people feel it; they bump into it either way.
+        awareness: share of people who notice and feel it, 0 to 1; all bump into it either way.
         max_acceleration: how hard it drives itself towards the wanted velocity [m/s^2].
     """
 
     radius: float = 0.3
     mass: float = 50.0
-    visible: bool = True
+    awareness: float = 1.0
     max_acceleration: float = 5.0
 
     def __post_init__(self) -> None:
         """Check the ranges.
 
         Raises:
-            ValueError: if a size is not positive and finite.
+            ValueError: if a size is not positive and finite, or the awareness is no share.
         """
+        if not 0 <= self.awareness <= 1:
+            raise ValueError(f"robot awareness: expected 0 to 1, found {self.awareness}")
         for name in ("radius", "mass", "max_acceleration"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
@@ -100,8 +102,10 @@ class World:
 
         Args:
             scenario: initial conditions; its recording, if any, drives the pedestrians.
-            rng: source of the people's whims.
-            social_force: the model of motion.
+            rng: source of the people's whims, and of who notices the robot.
+            social_force: parameters of the forces between people.
+            headed_social_force: what headed people add to them.
+            orca: parameters of those who move by ORCA.
             physics_dt: seconds per step.
             robot: the robot's body; None for a world without a robot.
 
@@ -124,12 +128,13 @@ class World:
         self._max_speed = np.maximum(
             social_force.max_speed_ratio * self._desired_speed, LEAST_MAX_SPEED
         )
+        self._notices_robot = self._draw_awareness(pedestrians)
         self._set_up_bodies(pedestrians)
         self._mixed = None
         if pedestrians.model.any():
             self._mixed = MixedCrowd(
                 pedestrians,
-                notices_robot=np.ones(len(pedestrians), dtype=np.bool_),
+                notices_robot=self._notices_robot,
                 max_speed=self._max_speed,
                 walls=self._walls,
                 wall_field=self._wall_field,
@@ -230,7 +235,7 @@ class World:
     def robot_social_forces(self) -> tuple[FloatArray, FloatArray]:
         """Repulsion that the robot feels, were it a pedestrian, and the one that it causes.
 
-        An invisible robot is counted as if people saw it: this measures nearness, not motion.
+        Everybody is taken to notice it whom no wall hides: this measures nearness, not motion.
 
         Returns:
             on_robot: `(2,)` sum over the pedestrians [m/s^2].
@@ -243,9 +248,24 @@ class World:
         speed = np.hypot(*velocity)
         self._direction[-1] = velocity / speed if speed > 0 else 0.0
         total = robot_repulsion(
-            self._bodies, self._present, self._radius, self._direction, self._model
+            self._bodies,
+            self._present,
+            self._radius,
+            self._direction,
+            self._wall_field.grid,
+            self._wall_field.origin,
+            self._wall_field.cell,
+            self._model,
         )
         return total[-1], total[:-1]
+
+    def _draw_awareness(self, pedestrians: Pedestrians) -> BoolArray:
+        if self._robot is None:
+            return pedestrians.notices_robot.copy()
+        # A stream of its own: the whims do not depend on who is aware.
+        (awareness_rng,) = self._rng.spawn(1)
+        notices: BoolArray = awareness_rng.random(len(pedestrians)) < self._robot.awareness
+        return notices & pedestrians.notices_robot
 
     def _set_up_bodies(self, pedestrians: Pedestrians) -> None:
         rows = [np.concatenate([pedestrians.position, pedestrians.velocity], axis=1)]
@@ -272,8 +292,8 @@ class World:
             walls=self._walls,
             dt=self.physics_dt,
         )
-        # Forces look at these rows only: people do not feel a robot that they do not see.
-        felt = slice(self._count + (self._robot is not None and self._robot.visible))
+        # Forces look at these rows only.
+        felt = slice(self._count + (self._robot is not None and self._notices_robot.any()))
         self._felt: tuple[FloatArray, BoolArray, FloatArray, FloatArray] = (
             self._bodies[felt],
             self._present[felt],
@@ -302,13 +322,14 @@ class World:
         follow(self._bodies[-1], vx, vy, self._robot.max_acceleration * self.physics_dt)
 
     def _choose_velocities(self, routes: Routes) -> None:
-        """Goal drive, people, walls and whims; all from the same snapshot."""
+        """By the social force, or by the model of those who have another; from one snapshot."""
         routes.steer(self._bodies, self._desired_speed, self._direction)
         noise = self._rng.standard_normal((self._count, 2))
         acceleration = accelerations(
             *self._felt,
             self._desired_speed,
             self._relaxation_time,
+            self._notices_robot,
             noise,
             self.physics_dt,
             self._wall_field.grid,

@@ -19,6 +19,7 @@ class CrowdNavConfig:
         robot: `unicycle` takes (speed, angular speed), `holonomic` a velocity in its own frame.
         robot_visible: Whether pedestrians yield to the robot and the forecaster may use it as a
             neighbor. Bodies collide either way.
+        robot_awareness: Share of the pedestrians who notice a visible robot, drawn per episode.
         forecaster: `none`, `constant_velocity`, `iterative_attention` or a checkpoint path.
         horizon: How far forecasts reach [s]; a whole number of `frame_dt`.
         pedestrians_observed: K, the number of nearest visible pedestrians in the observation.
@@ -55,6 +56,7 @@ class CrowdNavConfig:
     scenario_parameters: Mapping[str, Any] = field(default_factory=dict)
     robot: RobotKind = "unicycle"
     robot_visible: bool = True
+    robot_awareness: float = 1.0
     forecaster: str = "constant_velocity"
     horizon: float = 4.8
     pedestrians_observed: int = 8
@@ -86,6 +88,8 @@ class CrowdNavConfig:
                 raise ValueError(f"{name} must be true or false, got {getattr(self, name)!r}")
         if self.robot not in get_args(RobotKind):
             raise ValueError(f"robot must be one of {get_args(RobotKind)}, got {self.robot!r}")
+        if not 0.0 <= self.robot_awareness <= 1.0:
+            raise ValueError(f"robot_awareness must be in 0..1, got {self.robot_awareness!r}")
         for name in _POSITIVE:
             _check_positive(name, getattr(self, name))
         if self.time_limit is not None:

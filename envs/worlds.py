@@ -94,7 +94,7 @@ class Worlds:
         self._record = record
         self._body = RobotBody(
             radius=config.robot_radius,
-            visible=config.robot_visible,
+            awareness=config.robot_awareness if config.robot_visible else 0.0,
             max_acceleration=config.max_acceleration,
         )
         self._in_reach = FASTEST_APPROACH * config.physics_dt

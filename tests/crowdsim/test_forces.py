@@ -1,22 +1,33 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from crowdsim.distance_field import DistanceField
 from crowdsim.forces import (
+    ELLIPTICAL,
+    MOUSSAID_2009,
     SocialForce,
     accelerations,
     goal_drive,
     people_repulsion,
-    repulsion,
-    repulsion_ahead,
     robot_repulsion,
     sight,
-    time_to_closest,
 )
+from crowdsim.line_of_sight import nearest_walls
 
 ISOTROPIC = SocialForce(anisotropy=1.0, anticipation=0.0)
+BOUNDS = (-8.0, -8.0, 8.0, 8.0)
+
+
+def walls_of(*segments):
+    """What the kernels take of the field of such walls: grid, origin, cell."""
+    field = DistanceField(np.array(segments, dtype=float).reshape(-1, 2, 2), BOUNDS)
+    return field.grid, field.origin, field.cell
+
+
+NO_WALLS = walls_of()
 
 
 def crowd(count, seed=0, spread=6.0):
@@ -34,8 +45,12 @@ def everybody(bodies):
     return np.ones(len(bodies), dtype=bool)
 
 
-def people(bodies, radius, direction, model):
-    return people_repulsion(bodies, everybody(bodies), radius, direction, model.record())
+def people(bodies, radius, direction, model, walls=NO_WALLS):
+    all_notice = np.ones(len(bodies) - 1, dtype=bool)
+    nearest = nearest_walls(bodies, *walls)
+    return people_repulsion(
+        bodies, everybody(bodies), radius, direction, all_notice, nearest, *walls, model.record()
+    )
 
 
 def plain_repulsion(bodies, radius, direction, model):
@@ -67,25 +82,9 @@ def test_goal_drive_closes_the_gap_to_the_wanted_velocity_within_the_relaxation_
     assert goal_drive(1.3, -1.0, 0.2, 0.5) == pytest.approx((-1.3 - 0.2) / 0.5)
 
 
-def test_repulsion_is_minus_the_gradient_of_its_potential():
-    strength, reach, gap, small = 2.5, 0.25, 0.4, 1e-6
-
-    def potential(gap):
-        return strength * reach * math.exp(-gap / reach)
-
-    slope = (potential(gap + small) - potential(gap - small)) / (2 * small)
-    assert repulsion(strength, reach, gap) == pytest.approx(-slope, rel=1e-8)
-
-
 def test_those_behind_count_for_the_anisotropy_alone():
     assert sight(0.3, 1.0) == 1.0
     assert sight(0.3, -1.0) == pytest.approx(0.3)
-
-
-def test_time_to_closest_of_two_who_walk_towards_each_other():
-    assert time_to_closest(4.0, 0.3, -2.0, 0.0) == 2.0
-    assert time_to_closest(4.0, 0.3, 2.0, 0.0) == 0.0
-    assert time_to_closest(4.0, 0.3, 0.0, 0.0) == 0.0
 
 
 def test_two_standing_people_by_hand():
@@ -95,12 +94,6 @@ def test_two_standing_people_by_hand():
     force = people(bodies, np.array([0.2, 0.3]), facing_right, model)
     strength = 2.0 * math.exp((0.5 - 1.0) / 0.5)
     np.testing.assert_allclose(force, [[-strength, 0.0], [0.4 * strength, 0.0]])
-
-
-def test_people_on_collision_course_turn_aside_rather_than_brake():
-    strength, nx, ny = repulsion_ahead(-3.0, 0.1, 2.0, 0.0, 0.5, 2.0, 0.5, 2.0)
-    assert (nx, ny) == (0.0, 1.0)
-    assert strength == pytest.approx((1 - 1.5 / 2.0) * 2.0 * math.exp((0.5 - 0.1) / 0.5))
 
 
 def test_force_is_minus_the_gradient_of_the_potential_of_all_others():
@@ -141,17 +134,13 @@ def test_cell_list_equals_everybody_against_everybody(count, spread, model):
 
 def test_forces_turn_with_the_scene():
     bodies, radius, direction = crowd(25)
-    walls = np.random.default_rng(5).uniform(-6, 6, (4, 2, 2))
+    walls = np.random.default_rng(6).uniform(-6, 6, (4, 2, 2))
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter, so that the wall grid turns too
 
     def total(bodies, direction, walls):
-        field = DistanceField(walls, (-8.0, -8.0, 8.0, 8.0))
-        still = np.zeros((25, 2))
-        speed, time = np.full(25, 1.3), np.full(25, 0.5)
-        arguments = (field.grid, field.origin, field.cell, SocialForce().record())
-        return accelerations(
-            bodies, everybody(bodies), radius, direction, speed, time, still, 0.05, *arguments
-        )
+        speed, time, still = np.full(25, 1.3), np.full(25, 0.5), np.zeros((25, 2))
+        crowd = bodies, everybody(bodies), radius, direction, speed, time, everybody(bodies)
+        return accelerations(*crowd, still, 0.05, *walls_of(*walls), SocialForce().record())
 
     turned = np.concatenate([bodies[:, :2] @ turn.T, bodies[:, 2:] @ turn.T], axis=1)
     np.testing.assert_allclose(
@@ -166,7 +155,8 @@ def test_absent_people_neither_feel_nor_are_felt():
     present = everybody(bodies)
     present[3] = False
     model = SocialForce()
-    force = people_repulsion(bodies, present, radius, direction, model.record())
+    arguments = bodies, present, radius, direction, present, nearest_walls(bodies, *NO_WALLS)
+    force = people_repulsion(*arguments, *NO_WALLS, model.record())
     rest = np.delete(np.arange(10), 3)
     np.testing.assert_allclose(
         force[rest], people(bodies[rest], radius[rest], direction[rest], model), atol=1e-12
@@ -175,7 +165,6 @@ def test_absent_people_neither_feel_nor_are_felt():
 
 
 def test_a_wall_pushes_straight_away_and_by_its_own_parameters():
-    field = DistanceField(np.array([[[-5.0, 0.0], [5.0, 0.0]]]), (-5.0, -5.0, 5.0, 5.0))
     model = SocialForce(wall_repulsion=3.0, wall_range=0.2)
     force = accelerations(
         np.array([[0.0, 0.4, 0.0, 0.0]]),
@@ -184,11 +173,10 @@ def test_a_wall_pushes_straight_away_and_by_its_own_parameters():
         np.zeros((1, 2)),
         np.array([1.3]),
         np.array([0.5]),
+        np.ones(1, dtype=bool),
         np.zeros((1, 2)),
         0.05,
-        field.grid,
-        field.origin,
-        field.cell,
+        *walls_of([[-5.0, 0.0], [5.0, 0.0]]),
         model.record(),
     )
     np.testing.assert_allclose(force, [[0.0, 3.0 * math.exp(-0.15 / 0.2)]], atol=1e-12)
@@ -197,7 +185,9 @@ def test_a_wall_pushes_straight_away_and_by_its_own_parameters():
 def test_robot_repulsion_is_its_share_of_everybody_against_everybody():
     bodies, radius, direction = crowd(9)
     model = SocialForce()
-    shares = robot_repulsion(bodies, everybody(bodies), radius, direction, model.record())
+    shares = robot_repulsion(
+        bodies, everybody(bodies), radius, direction, *NO_WALLS, model.record()
+    )
     with_robot = people(bodies, radius, direction, model)
     without = people(bodies[:-1], radius[:-1], direction[:-1], model)
     np.testing.assert_allclose(shares[:-1], with_robot[:-1] - without, atol=1e-12)
@@ -210,3 +200,67 @@ def test_robot_repulsion_is_its_share_of_everybody_against_everybody():
 def test_parameters_out_of_range_are_refused(change):
     with pytest.raises(ValueError, match=f"{next(iter(change))}.*: expected"):
         SocialForce(**change)
+
+
+class TestAwareness:
+    bodies = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 0.0], [1.0, 0.4, 0.0, 0.0]])
+    radius = np.array([0.2, 0.3, 0.4])
+    direction = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 0.0]])
+
+    def forces(self, *notices):
+        crowd = self.bodies, everybody(self.bodies), self.radius, self.direction
+        nearest = nearest_walls(self.bodies, *NO_WALLS)
+        arguments = np.array(notices), nearest, *NO_WALLS, SocialForce().record()
+        return people_repulsion(*crowd, *arguments)
+
+    def test_who_does_not_notice_the_robot_feels_only_people(self):
+        without = people(self.bodies[:2], self.radius[:2], self.direction[:2], SocialForce())
+        one, both = self.forces(True, False), self.forces(True, True)
+        np.testing.assert_array_equal(one[0], both[0])
+        np.testing.assert_allclose(one[1], without[1])
+        assert np.abs(both[:2] - without).max(axis=1).min() > 0.1
+
+    def test_people_are_aware_of_each_other_all_the_same(self):
+        without = people(self.bodies[:2], self.radius[:2], self.direction[:2], SocialForce())
+        np.testing.assert_allclose(self.forces(False, False)[:2], without)
+
+
+class TestWallsBetween:
+    bodies = np.array([[0.0, -0.5, 0.0, 0.0], [0.3, 0.5, 0.0, 0.0]])
+    radius = np.array([0.25, 0.25])
+    direction = np.zeros((2, 2))
+
+    def test_people_behind_a_wall_are_not_felt(self):
+        walls = walls_of([[-2.0, 0.0], [2.0, 0.0]])
+        arguments = self.bodies, self.radius, self.direction, SocialForce()
+        np.testing.assert_array_equal(people(*arguments, walls), 0.0)
+        assert np.abs(people(*arguments)).max(axis=1).min() > 0.1
+
+    def test_people_on_one_side_of_it_feel_each_other(self):
+        walls = walls_of([[-2.0, -1.0], [2.0, -1.0]])
+        arguments = self.bodies, self.radius, self.direction, SocialForce()
+        np.testing.assert_array_equal(people(*arguments, walls), people(*arguments))
+
+    def test_the_robot_is_not_felt_through_it_either(self):
+        present = everybody(self.bodies)
+        arguments = self.bodies, present, self.radius, self.direction
+        model = SocialForce().record()
+        hidden = robot_repulsion(*arguments, *walls_of([[-2.0, 0.0], [2.0, 0.0]]), model)
+        np.testing.assert_array_equal(hidden, 0.0)
+
+
+@pytest.mark.parametrize("model", [ELLIPTICAL, MOUSSAID_2009])
+def test_other_laws_turn_with_the_scene_and_are_opposite_for_the_two(model):
+    bodies, radius, direction = crowd(30)
+    model = replace(model, anisotropy=1.0)
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    turned = np.concatenate([bodies[:, :2] @ turn.T, bodies[:, 2:] @ turn.T], axis=1)
+    force = people(bodies, radius, direction, model)
+    assert np.abs(force).max() > 0.5
+    np.testing.assert_allclose(people(turned, radius, direction, model), force @ turn.T, atol=1e-9)
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-9)
+
+
+def test_unknown_interactions_are_refused():
+    with pytest.raises(ValueError, match="interaction: expected one of circular, elliptical, mou"):
+        SocialForce(interaction="square")

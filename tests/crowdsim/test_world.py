@@ -139,7 +139,7 @@ class TestEnteringAndLeaving:
 
     def test_nobody_enters_where_somebody_stands(self):
         start = scenario([[0.0, 0.0]], [[4.0, 0.0]], on_arrival="respawn", robot=(-3.0, 0.0, 0.0))
-        running = world(start, robot=RobotBody(visible=False))
+        running = world(start, robot=RobotBody(awareness=0.0))
         run(running, 2.0, (1.5, 0.0))
         run(running, 10.0)
         assert not running.valid[0]
@@ -203,6 +203,26 @@ class TestSolidBodies:
             world(scenario([[1.0, 1.0], [1.0, 1.0]], [[2.0, 0.0], [3.0, 0.0]]))
 
 
+class TestWallsBetween:
+    def test_somebody_behind_a_wall_moves_nobody(self):
+        walls = np.array([[[-9.0, 0.0], [9.0, 0.0]]])
+        start = scenario(
+            [[-6.0, 0.45], [6.0, -0.45]],
+            [[6.0, 0.45], [-6.0, -0.45]],
+            world_map=replace(SQUARE, walls=walls),
+            desired_speed=1.3,
+        )
+        alone = replace(start.pedestrians, position=np.array([[-6.0, 0.45], [6.0, -8.0]]))
+        running = [world(s, social_force=CALM) for s in (start, replace(start, pedestrians=alone))]
+        aside = 0.0
+        for _ in range(200):
+            for each in running:
+                each.step()
+            aside = max(aside, abs(running[0].positions[0, 1] - running[1].positions[0, 1]))
+        assert running[0].positions[0, 0] > 5.0
+        assert aside < 0.005
+
+
 class TestRobot:
     def test_robot_follows_its_command_exactly_in_the_open(self):
         running = world(nobody(robot=(1.0, 2.0, 0.0)), robot=RobotBody(max_acceleration=40.0))
@@ -224,7 +244,7 @@ class TestRobot:
 
     def test_contact_with_a_person_is_noticed_and_nobody_is_walked_through(self):
         start = scenario([[2.0, 0.0]], [[2.0, 0.0]], robot=(0.0, 0.0, 0.0))
-        running = world(start, robot=RobotBody(visible=False))
+        running = world(start, robot=RobotBody(awareness=0.0))
         touched = []
         for _ in range(40):
             running.step((1.2, 0.0))
@@ -246,17 +266,37 @@ class TestRobot:
     @pytest.mark.parametrize("visible", [True, False])
     def test_people_turn_aside_for_a_visible_robot_only(self, visible):
         start = scenario([[-4.0, 0.05]], [[4.0, 0.05]], robot=(0.0, 0.0, 0.0))
-        running = world(start, robot=RobotBody(visible=visible), social_force=CALM)
+        running = world(start, robot=RobotBody(awareness=float(visible)), social_force=CALM)
         touched = False
         for _ in range(100):
             running.step()
             touched |= running.robot_contact
         assert touched is not visible
 
+    def test_the_share_who_notice_the_robot_is_drawn_and_changes_no_whim(self):
+        rows = np.array([[x, y] for x in np.arange(-10, 10, 1.0) for y in np.arange(-10, 10, 1.0)])
+        start = scenario(rows, rows + np.array([0.0, 5.0]), robot=(0.5, 0.5, 0.0))
+        moved = [world(start, robot=RobotBody(awareness=share)) for share in (0.0, 0.5, 1.0)]
+        for running in moved:
+            running.step()
+        unseen, some, seen = (running.velocities for running in moved)
+        near = np.linalg.norm(rows - 0.5, axis=1) < 3.0
+        feels = np.abs(some - unseen).max(axis=1) > 1e-12
+        assert 0.25 < feels[near].mean() < 0.75
+        np.testing.assert_allclose(some[feels], seen[feels], atol=1e-12)
+        np.testing.assert_array_equal(some[~feels & near], unseen[~feels & near])
+
+    def test_who_is_told_not_to_notice_the_robot_does_not(self):
+        start = scenario([[-4.0, 0.05]], [[4.0, 0.05]], robot=(0.0, 0.0, 0.0))
+        blind = replace(start.pedestrians, notices_robot=np.array([False]))
+        running = world(replace(start, pedestrians=blind), robot=RobotBody(), social_force=CALM)
+        run(running, 2.0)
+        assert running.positions[0, 1] == pytest.approx(0.05, abs=1e-9)
+
     def test_social_forces_are_those_of_two_people(self):
         start = scenario([[1.0, 0.0]], [[-5.0, 0.0]], robot=(0.0, 0.0, 0.0), desired_speed=0.0)
         model = SocialForce(anisotropy=1.0)
-        running = world(start, robot=RobotBody(radius=0.3, visible=False), social_force=model)
+        running = world(start, robot=RobotBody(radius=0.3, awareness=0.0), social_force=model)
         on_robot, on_pedestrians = running.robot_social_forces()
         strength = model.repulsion * np.exp((0.55 - 1.0) / model.repulsion_range)
         np.testing.assert_allclose(on_robot, [-strength, 0.0])

@@ -32,6 +32,7 @@ def test_unknown_keyword_lists_the_known_ones():
         ({"pedestrians_observed": 2.5}, "pedestrians_observed must be a positive whole number"),
         ({"history_steps": True}, "history_steps must be a positive whole number"),
         ({"goal_weight": float("inf")}, "goal_weight must be finite"),
+        ({"robot_awareness": 1.5}, "robot_awareness must be in 0..1"),
         ({"robot_visible": "yes"}, "robot_visible must be true or false"),
     ],
 )
