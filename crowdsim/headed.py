@@ -11,8 +11,8 @@ per unit of mass:
     k_theta = k_lambda m |f_0|,  k_omega = (1 + alpha) sqrt(k_theta / alpha)
 
 so that the heading settles without swinging, the faster the stronger the drive. Here theta_0 is
-the direction in which somebody wants to walk; the paper takes that of f_0, which turns round who
-slows down before the goal.
+the direction in which somebody wants to walk, and who stands does not turn; the paper takes the
+direction of f_0, which turns round who slows down before the goal.
 """
 
 import math
@@ -28,6 +28,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 RecordArray = NDArray[np.void]
+
+STANDING = 0.1
+"""Who wants to walk at less than this share of the desired speed keeps facing the same way."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,10 +116,12 @@ def walk_ahead(
             model[0].sideways,
             model[0].damping / mass[i],
         )
-        if direction[i, 0] != 0 or direction[i, 1] != 0:
-            aim = math.atan2(direction[i, 1], direction[i, 0])
-            stiffness = model[0].stiffness * mass[i] * math.hypot(drive_x, drive_y)
-            turning[i] = turn(heading, turning[i, 1], aim, stiffness, model[0].alpha, dt)
+        if math.hypot(direction[i, 0], direction[i, 1]) < STANDING:
+            turning[i, 1] = 0.0
+            continue
+        stiffness = model[0].stiffness * mass[i] * math.hypot(drive_x, drive_y)
+        aim = math.atan2(direction[i, 1], direction[i, 0])
+        turning[i] = turn(heading, turning[i, 1], aim, stiffness, model[0].alpha, dt)
 
 
 @njit(cache=True)

@@ -45,8 +45,8 @@ class Orca:
         wall_horizon: T_w, likewise for walls [s].
         interaction_range: people farther apart than this ignore each other [m].
         neighbors: at most so many are looked at, the nearest ones.
-        wavering: deviation of the wanted velocity from one step to the next, which breaks perfect
-            symmetry [m/s].
+        wavering: deviation from the chosen velocity in each step, which breaks perfect symmetry
+            [m/s].
         max_acceleration: how hard people change their velocity [m/s^2].
     """
 
@@ -54,7 +54,7 @@ class Orca:
     wall_horizon: float = 0.5
     interaction_range: float = 6.0
     neighbors: int = 10
-    wavering: float = 0.02
+    wavering: float = 0.05
     max_acceleration: float = 5.0
 
     def __post_init__(self) -> None:
@@ -139,11 +139,13 @@ def avoid(
                 planes,
                 firm + found,
                 firm,
-                desired_speed[i] * direction[i, 0] + model[0].wavering * noise[i, 0],
-                desired_speed[i] * direction[i, 1] + model[0].wavering * noise[i, 1],
+                desired_speed[i] * direction[i, 0],
+                desired_speed[i] * direction[i, 1],
                 max_speed[i],
             )
-            change_x, change_y = (vx - bodies[i, 2]) / dt, (vy - bodies[i, 3]) / dt
+            # Two who block each other in a door would wait for ever: none may go first.
+            change_x = (vx + model[0].wavering * noise[i, 0] - bodies[i, 2]) / dt
+            change_y = (vy + model[0].wavering * noise[i, 1] - bodies[i, 3]) / dt
             change = math.hypot(change_x, change_y)
             scale = min(1.0, model[0].max_acceleration / change) if change > 0 else 0.0
             acceleration[i] = change_x * scale, change_y * scale
