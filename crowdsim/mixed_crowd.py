@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -27,6 +29,8 @@ class MixedCrowd:
         turning: `(N, 2)` heading [rad] and its rate [rad/s] of headed people, the only state that
             a step leaves to the next; NaN for everybody else and for who is not there.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = ("turning", "_notices_robot")
 
     def __init__(
         self,

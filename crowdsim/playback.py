@@ -1,5 +1,7 @@
 """Recorded people as bodies that go exactly where they once went."""
 
+from typing import ClassVar
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ class Playback:
     Attributes:
         goals: `(N, 2)` where each person was seen last [m].
     """
+
+    STATE: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, recording: Recording, first_row: int, physics_dt: float) -> None:
         """Begin at a row of the recording.

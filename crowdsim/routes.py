@@ -1,6 +1,7 @@
 """Where each pedestrian walks to, and what happens on arrival."""
 
 import math
+from typing import ClassVar
 
 import numpy as np
 import shapely
@@ -46,6 +47,8 @@ class Routes:
         legs: `(N,)` index in `points` of the one being walked to.
         onward: `(N,)` +1 on the way out, -1 on the way back.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = ("legs", "onward", "_next_id")
 
     def __init__(
         self,

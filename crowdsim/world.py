@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numba import njit
@@ -20,6 +21,7 @@ from crowdsim.mixed_crowd import MixedCrowd
 from crowdsim.orca import Orca
 from crowdsim.playback import Playback
 from crowdsim.routes import Routes
+from crowdsim.snapshot import Snapshot, Stateful
 
 if TYPE_CHECKING:
     from crowdsim.pedestrians import Pedestrians
@@ -86,6 +88,20 @@ class World:
         robot_wall_clearance: gap to the nearest wall's surface [m], likewise.
         held_count: how often somebody had to be held back from crossing a wall.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = (
+        "step_count",
+        "held_count",
+        "_rng",
+        "_bodies",
+        "_present",
+        "_ids",
+        "_direction",
+        "_notices_robot",
+    )
+
+    # Attributes that hold the other parts with a state; None where a world has no such part.
+    _PARTS: ClassVar[tuple[str, ...]] = ("_guide", "_mixed")
 
     def __init__(
         self,
@@ -173,6 +189,37 @@ class World:
         else:
             guide.place(self.step_count, self._bodies, self._present)
         self._measure_robot()
+
+    def snapshot(self) -> Snapshot:
+        """Take down the state, random generator included; the world's future does not change."""
+        return Snapshot.of(self._parts(), physics_dt=self.physics_dt)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back, or over, to a state; from there on, the same commands give the same bits.
+
+        The random generator becomes a copy of the saved one; the one that was handed in at the
+        start is no longer used.
+
+        Args:
+            snapshot: of this world, or of one that was built from the same arguments (whatever
+                the generator), be it in another process.
+
+        Raises:
+            ValueError: if it is of a world that was built from something else, as far as that
+                shows; then nothing has changed.
+        """
+        snapshot.put(self._parts(), physics_dt=self.physics_dt)
+        self._look_at_rows()
+        self._measure_robot()
+
+    def fork(self) -> World:
+        """Build a second world in the same state; neither knows of the other."""
+        twin = copy.copy(self)
+        for name in self._PARTS:
+            setattr(twin, name, copy.copy(getattr(self, name)))
+        twin._solid = self._solid.another()
+        twin.restore(self.snapshot())
+        return twin
 
     @property
     def time(self) -> float:
@@ -292,6 +339,9 @@ class World:
             walls=self._walls,
             dt=self.physics_dt,
         )
+        self._look_at_rows()
+
+    def _look_at_rows(self) -> None:
         # Forces look at these rows only.
         felt = slice(self._count + (self._robot is not None and self._notices_robot.any()))
         self._felt: tuple[FloatArray, BoolArray, FloatArray, FloatArray] = (
@@ -300,6 +350,10 @@ class World:
             self._radius[felt],
             self._direction[felt],
         )
+
+    def _parts(self) -> dict[str, Stateful]:
+        parts = {"world": self, **{name: getattr(self, name) for name in self._PARTS}}
+        return {name: part for name, part in parts.items() if part is not None}
 
     def _robot_row(self) -> FloatArray:
         if self._robot is None:

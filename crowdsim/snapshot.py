@@ -1,0 +1,76 @@
+"""The state of a running world as plain data: taken, put back, or sent to another process.
+
+Each part of a world that changes while it runs names what changes in a class attribute `STATE`.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+
+class Stateful(Protocol):
+    """A part of a world.
+
+    Attributes:
+        STATE: names of the attributes (arrays, numbers, generators) that steps change or that
+            random draws decided. Putting a state back replaces them, so nobody else may keep
+            views of those arrays.
+    """
+
+    STATE: ClassVar[tuple[str, ...]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Snapshot:
+    """All that a world's future depends on, besides what it was built from; it can be pickled.
+
+    Attributes:
+        physics_dt: seconds per step of the world.
+        parts: per part of the world, its state by attribute name.
+    """
+
+    physics_dt: float
+    parts: dict[str, dict[str, Any]]
+
+    @classmethod
+    def of(cls, parts: Mapping[str, Stateful], *, physics_dt: float) -> Snapshot:
+        """Copy the state of all parts; they stay as they are."""
+        states = {
+            name: {key: copy.deepcopy(getattr(part, key)) for key in part.STATE}
+            for name, part in parts.items()
+        }
+        return cls(physics_dt=physics_dt, parts=states)
+
+    def put(self, parts: Mapping[str, Stateful], *, physics_dt: float) -> None:
+        """Give the parts copies of the state.
+
+        Raises:
+            ValueError: if it was taken from a world that was built from something else; then
+                nothing has changed.
+        """
+        if self.physics_dt != physics_dt:
+            raise ValueError(f"snapshot: expected physics_dt {physics_dt}, found {self.physics_dt}")
+        _check_names("parts", expected=parts, found=self.parts)
+        for name, part in parts.items():
+            _check_names(name, expected=part.STATE, found=self.parts[name])
+            for key in part.STATE:
+                _check_shape(f"{name}.{key}", getattr(part, key), self.parts[name][key])
+        for name, part in parts.items():
+            for key, value in self.parts[name].items():
+                setattr(part, key, copy.deepcopy(value))
+
+
+def _check_names(what: str, *, expected: Iterable[str], found: Iterable[str]) -> None:
+    if set(expected) != set(found):
+        raise ValueError(f"snapshot: expected {what} {sorted(expected)}, found {sorted(found)}")
+
+
+def _check_shape(what: str, current: Any, saved: Any) -> None:
+    expected, found = np.shape(current), np.shape(saved)
+    if expected != found:
+        raise ValueError(f"snapshot: expected {what} of shape {expected}, found {found}")
