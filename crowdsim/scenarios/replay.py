@@ -5,27 +5,22 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
+from crowdsim.maps.photograph import bounds_around, eth_ucy_map
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.recordings import Recording, find_data, read_obsmat, read_scene
-from crowdsim.recordings.eth_ucy import ETH_UCY_SCENES, scene_picture, scene_walkable
+from crowdsim.recordings.eth_ucy import ETH_UCY_SCENES, scene_picture
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import ROBOT_CLEARANCE
-from crowdsim.surfaces import Surface
 
 LEAST_WAY: Final = 6.0
 """The robot replaces somebody whose ends are at least this far apart [m]."""
 OBSTACLE_CLEARANCE: Final = 0.5
 """Distance that this person's way keeps from obstacles, so that a wider robot fits [m]."""
-SIMPLIFY_PX: Final = 1.5
-"""Tolerance of the obstacles' outlines in the picture [pixels]."""
-LEAST_AREA_PX: Final = 60.0
-"""Smaller unwalkable spots of the mask are noise [square pixels]."""
 RADIUS: Final = 0.25
 """Radius of the recorded people [m]: the annotation has none."""
 SLOWEST: Final = 0.6
@@ -83,7 +78,8 @@ def _heading(track: NDArray[np.float64]) -> float:
 def _load(folder: Path, scene: str) -> tuple[Recording, Map, NDArray[np.int64]]:
     """Recording on a regular clock, its map, and the ways that a robot can take over."""
     recording = _read(folder, scene).regular()
-    scene_map = _map_of(folder, recording, scene)
+    seen = recording.positions[recording.valid]
+    scene_map = eth_ucy_map(folder, scene, bounds=bounds_around(seen))
     candidates = _candidates(recording, scene_map)
     if len(candidates) == 0:
         raise ValueError(f"{scene}: expected somebody who walks {LEAST_WAY} m, found nobody")
@@ -153,43 +149,3 @@ def _as_pedestrians(recording: Recording, row: int) -> Pedestrians:
         radius=np.full(count, RADIUS),
         mass=np.full(count, 80.0),
     )
-
-
-def _map_of(folder: Path, recording: Recording, scene: str) -> Map:
-    """Photograph plus the outlines of its unwalkable parts, in world metres."""
-    mask = scene_walkable(folder, scene)
-    if mask is None or recording.picture is None:
-        raise ValueError(f"{scene}: expected a scene with a picture, no picture fits this one")
-    world_from_pixel = np.asarray(
-        np.linalg.inv(recording.picture.pixel_from_world), dtype=np.float64
-    )
-    outlines, hierarchy = cv2.findContours(
-        mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE
-    )
-    surfaces = []
-    for outline, (_, _, _, parent) in zip(outlines, hierarchy[0], strict=True):
-        smooth = cv2.approxPolyDP(outline, SIMPLIFY_PX, True)
-        if cv2.contourArea(outline) >= LEAST_AREA_PX and len(smooth) >= 3:
-            polygon = _project(world_from_pixel, smooth[:, 0].astype(np.float64))
-            surfaces.append((Surface.PAVEMENT if parent < 0 else Surface.BUILDING, polygon))
-    return Map(
-        bounds=_bounds(recording),
-        surfaces=tuple(surfaces),
-        background=Surface.BUILDING,
-        picture=recording.picture,
-    )
-
-
-def _project(
-    target_from_source: NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    homogeneous = np.column_stack([points, np.ones(len(points))]) @ target_from_source.T
-    return np.asarray(homogeneous[:, :2] / homogeneous[:, 2:])
-
-
-def _bounds(recording: Recording) -> tuple[float, float, float, float]:
-    """What the people of a scene cover, with a margin of 2 m."""
-    seen = recording.positions[recording.valid]
-    x_min, y_min = (seen.min(axis=0) - 2.0).tolist()
-    x_max, y_max = (seen.max(axis=0) + 2.0).tolist()
-    return x_min, y_min, x_max, y_max
