@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 
 from crowdsim.bodies import WALL_RADIUS
 from crowdsim.cell_list import build_cell_list
-from crowdsim.distance_field import distance_to_segment, sample
+from crowdsim.distance_field import distance_to_segment
 from crowdsim.half_planes import nearest_permitted
+from crowdsim.line_of_sight import is_hidden_from, nearest_walls
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -116,21 +117,23 @@ def avoid(
     """
     members, starts, columns = build_cell_list(bodies, present, model[0].interaction_range)
     planes = np.empty((len(walls) + model[0].neighbors, 4))
-    near = np.empty(model[0].neighbors, dtype=np.int64)
+    neighbors = np.empty(model[0].neighbors, dtype=np.int64)
+    field = wall_grid, wall_origin, wall_cell
+    nearest = nearest_walls(bodies, *field)
     for cell in range(len(starts) - 1):
         for i in members[starts[cell] : starts[cell + 1]]:
             if i >= len(takes_part) or not takes_part[i]:
                 continue
             reach = radius[i] + WALL_RADIUS + max_speed[i] * model[0].wall_horizon
             firm = 0
-            distance = sample(wall_grid, wall_origin, wall_cell, bodies[i, 0], bodies[i, 1])[0]
             # A cell of the grid more, for between its points the distance is interpolated.
-            if distance <= reach + wall_cell:
+            if nearest[i, 0] <= reach + wall_cell:
                 firm = wall_planes(bodies[i], radius[i], reach, walls, model, planes)
             seen = len(bodies) if notices_robot[i] else len(takes_part)
-            found = _nearest(i, seen, cell, members, starts, columns, bodies, model, near)
+            cells = cell, members, starts, columns
+            found = _find_neighbors(i, seen, *cells, bodies, nearest, field, model, neighbors)
             for k in range(found):
-                j = near[k]
+                j = neighbors[k]
                 share = 0.5 if gives_way[j] else 1.0
                 planes[firm + k] = person_plane(
                     bodies[i], bodies[j], radius[i] + radius[j], share, model[0].horizon, dt
@@ -229,7 +232,7 @@ def wall_planes(
 
 
 @njit(cache=True)
-def _nearest(
+def _find_neighbors(
     body: int,
     seen: int,
     cell: int,
@@ -237,12 +240,17 @@ def _nearest(
     starts: IntArray,
     columns: int,
     bodies: FloatArray,
+    nearest: FloatArray,
+    field: tuple[FloatArray, FloatArray, float],
     model: RecordArray,
-    near: IntArray,
+    neighbors: IntArray,
 ) -> int:
-    """Write who of the first `seen` bodies are nearest, nearest first; gives how many they are."""
-    count = 0
-    far = np.full(len(near), model[0].interaction_range ** 2)
+    """Write who of the first `seen` bodies are nearest, nearest first; gives how many they are.
+
+    Nobody sees anybody through a wall.
+    """
+    count, most = 0, len(neighbors)
+    far = np.full(most, model[0].interaction_range ** 2)
     left, right = min(cell % columns, 1), min(columns - 1 - cell % columns, 1)
     for middle in (cell - columns, cell, cell + columns):
         if not 0 <= middle < len(starts) - 1:
@@ -252,10 +260,13 @@ def _nearest(
             squared = dx * dx + dy * dy
             if other == body or other >= seen or squared >= far[-1]:
                 continue
-            place = min(count, len(near) - 1)
+            walls_between = nearest[body, 0] + nearest[other, 0] < math.sqrt(squared)
+            if walls_between and is_hidden_from(body, other, bodies, nearest, *field):
+                continue
+            place = min(count, most - 1)
             while place > 0 and far[place - 1] > squared:
-                far[place], near[place] = far[place - 1], near[place - 1]
+                far[place], neighbors[place] = far[place - 1], neighbors[place - 1]
                 place -= 1
-            far[place], near[place] = squared, other
-            count = min(count + 1, len(near))
+            far[place], neighbors[place] = squared, other
+            count = min(count + 1, most)
     return count

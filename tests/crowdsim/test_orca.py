@@ -167,6 +167,14 @@ class TestCrowd:
         assert further == pytest.approx(2 * aside, rel=0.05)
         assert aside < -0.05
 
+    def test_who_is_hidden_behind_a_wall_is_not_avoided(self):
+        bodies = np.array([[0.0, 0.0, 1.3, 0.0], [3.0, 0.1, -1.3, 0.0]])
+        direction = np.array([[1.0, 0.0], [-1.0, 0.0]])
+        walls = np.array([[[1.5, -5.0], [1.5, 5.0]]])
+        velocity = choose(bodies, direction, walls=walls)
+        np.testing.assert_allclose(velocity[0], [1.3, 0.0])
+        assert abs(choose(bodies, direction)[0, 1]) > 0.05
+
     def test_who_does_not_notice_the_robot_walks_into_it(self):
         bodies = np.array([[0.0, 0.0, 1.3, 0.0], [2.0, 0.1, 0.0, 0.0]])
         direction = np.array([[1.0, 0.0], [0.0, 0.0]])
