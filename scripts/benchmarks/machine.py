@@ -12,10 +12,11 @@ LIBRARIES: Final = ("numpy", "numba", "pymunk", "torch", "gymnasium", "opencv-py
 
 
 def machine(threads: int) -> dict[str, Any]:
-    """Processor, cores, versions, threads and the revision of this source tree."""
+    """Processor, cores, load before the start, versions, threads, revision of this source tree."""
     return {
         "cpu": _cpu(),
         "cores": os.cpu_count(),
+        "load_average": round(os.getloadavg()[0], 2),
         "system": platform.platform(),
         "python": platform.python_version(),
         **{library: version(library) for library in LIBRARIES},
