@@ -96,24 +96,21 @@ def _in_view(
 
 @njit(cache=True)
 def _behind_wall(eye: FloatArray, point: FloatArray, occluders: FloatArray) -> bool:
-    for index in range(occluders.shape[0]):  # noqa: SIM110 (numba compiles no generators)
-        if _blocks(eye, point, occluders[index]):
-            return True
-    return False
-
-
-@njit(cache=True)
-def _blocks(eye: FloatArray, point: FloatArray, segment: FloatArray) -> bool:
     """Whether a segment a + w s crosses the sight eye + t d, for t in (0, 1) and w in [0, 1]."""
     dx, dy = point[0] - eye[0], point[1] - eye[1]
-    sx, sy = segment[1, 0] - segment[0, 0], segment[1, 1] - segment[0, 1]
-    ax, ay = segment[0, 0] - eye[0], segment[0, 1] - eye[1]
-    cross = dx * sy - dy * sx
-    if abs(cross) <= TOLERANCE * math.hypot(dx, dy) * math.hypot(sx, sy):
-        return False  # a wall seen edge-on hides nothing; its neighbors at the corner do
-    t, w = (ax * sy - ay * sx) / cross, (ax * dy - ay * dx) / cross
-    blocks: bool = 0.0 < t < 1.0 and -TOLERANCE <= w <= 1.0 + TOLERANCE
-    return blocks
+    for index in range(occluders.shape[0]):
+        ax, ay = occluders[index, 0, 0] - eye[0], occluders[index, 0, 1] - eye[1]
+        bx, by = occluders[index, 1, 0] - eye[0], occluders[index, 1, 1] - eye[1]
+        side_a, side_b = ax * dy - ay * dx, bx * dy - by * dx
+        cross = side_a - side_b  # d x s
+        margin = TOLERANCE * abs(cross)
+        if (side_a > margin and side_b > margin) or (side_a < -margin and side_b < -margin):
+            continue  # both ends on one side: most walls
+        t = (ax * by - ay * bx) / cross if cross != 0.0 else 0.0
+        # A wall seen edge-on hides nothing; its neighbors at the corner do.
+        if 0.0 < t < 1.0:
+            return True
+    return False
 
 
 @njit(cache=True)
