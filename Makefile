@@ -2,6 +2,7 @@
 #
 #   make demo     install, then run the main job; results in runs/demo      (options: make demo ARGS="--data FOLDER")
 #   make test     install the test extra, then run the default test suite   (options: make test ARGS="-k forces")
+#   make validation   physics against measured crowds, minutes; writes docs/validation.md
 #   make check    format, lint, types, layering, spelling
 #   make clean    remove .venv and every cache; runs/ stays
 
@@ -10,7 +11,7 @@ ARGS ?=
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --editable
 
-.PHONY: demo test check clean
+.PHONY: demo test validation check clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
@@ -18,6 +19,9 @@ demo: .venv/installed
 
 test: .venv/installed-test
 	$(BIN)/python -m pytest $(ARGS)
+
+validation: .venv/installed-validation
+	$(BIN)/python tests/validation/report.py
 
 check: .venv/installed-check
 	$(BIN)/ruff format --check .
