@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from crowdsim.bodies import WALL_RADIUS
 from crowdsim.cell_list import build_cell_list
 from crowdsim.distance_field import distance_to_segment
-from crowdsim.half_planes import nearest_permitted
+from crowdsim.half_planes import breach, nearest_permitted
 from crowdsim.line_of_sight import is_hidden_from, nearest_walls
 
 FloatArray = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Orca:
         horizon: T, people avoid whom they would meet within it [s].
         wall_horizon: T_w, likewise for walls [s].
         interaction_range: people farther apart than this ignore each other [m].
-        neighbors: at most so many are looked at, the nearest ones.
+        neighbors: at most so many are looked at, the nearest ones, seen or hidden.
         wavering: deviation from the chosen velocity in each step, which breaks perfect symmetry
             [m/s].
         max_acceleration: how hard people change their velocity [m/s^2].
@@ -131,20 +131,17 @@ def avoid(
                 firm = wall_planes(bodies[i], radius[i], reach, walls, model, planes)
             seen = len(bodies) if notices_robot[i] else len(takes_part)
             cells = cell, members, starts, columns
-            found = _find_neighbors(i, seen, *cells, bodies, nearest, field, model, neighbors)
+            found = _find_neighbors(i, seen, *cells, bodies, model, neighbors)
             for k in range(found):
                 j = neighbors[k]
                 share = 0.5 if gives_way[j] else 1.0
                 planes[firm + k] = person_plane(
                     bodies[i], bodies[j], radius[i] + radius[j], share, model[0].horizon, dt
                 )
-            vx, vy = nearest_permitted(
-                planes,
-                firm + found,
-                firm,
-                desired_speed[i] * direction[i, 0],
-                desired_speed[i] * direction[i, 1],
-                max_speed[i],
+            wanted = desired_speed[i] * direction[i, 0], desired_speed[i] * direction[i, 1]
+            people = neighbors[:found]
+            vx, vy = _heed_seen(
+                i, *wanted, max_speed[i], planes, firm, people, bodies, nearest, field
             )
             # Two who block each other in a door would wait for ever: none may go first.
             change_x = (vx + model[0].wavering * noise[i, 0] - bodies[i, 2]) / dt
@@ -232,6 +229,63 @@ def wall_planes(
 
 
 @njit(cache=True)
+def _heed_seen(
+    body: int,
+    wanted_x: float,
+    wanted_y: float,
+    max_speed: float,
+    planes: FloatArray,
+    firm: int,
+    neighbors: IntArray,
+    bodies: FloatArray,
+    nearest: FloatArray,
+    field: tuple[FloatArray, FloatArray, float],
+) -> tuple[float, float]:
+    """Velocity nearest to the wanted one that those half-planes permit whose people are seen.
+
+    Looking through the map costs more than the linear programme. So people are only looked for
+    when their half-plane is broken; then it joins the programme, or drops out behind a wall.
+    """
+    used, end = firm, firm + len(neighbors)
+    while True:
+        x, y = nearest_permitted(planes, used, firm, wanted_x, wanted_y, max_speed)
+        heeded, k = used, used
+        while k < end:
+            if breach(planes[k], x, y) <= 0:
+                k += 1
+            elif _is_hidden(body, neighbors[k - firm], bodies, nearest, field):
+                end -= 1
+                planes[k], neighbors[k - firm] = planes[end], neighbors[end - firm]
+            else:
+                _swap(k, used, firm, planes, neighbors)
+                used, k = used + 1, k + 1
+        if used == heeded:
+            return x, y
+
+
+@njit(cache=True)
+def _is_hidden(
+    a: int,
+    b: int,
+    bodies: FloatArray,
+    nearest: FloatArray,
+    field: tuple[FloatArray, FloatArray, float],
+) -> bool:
+    distance = math.hypot(bodies[b, 0] - bodies[a, 0], bodies[b, 1] - bodies[a, 1])
+    if nearest[a, 0] + nearest[b, 0] >= distance:
+        return False
+    return is_hidden_from(a, b, bodies, nearest, *field)
+
+
+@njit(cache=True)
+def _swap(a: int, b: int, firm: int, planes: FloatArray, neighbors: IntArray) -> None:
+    """Let two half-planes of people change places."""
+    for column in range(4):
+        planes[a, column], planes[b, column] = planes[b, column], planes[a, column]
+    neighbors[a - firm], neighbors[b - firm] = neighbors[b - firm], neighbors[a - firm]
+
+
+@njit(cache=True)
 def _find_neighbors(
     body: int,
     seen: int,
@@ -240,15 +294,10 @@ def _find_neighbors(
     starts: IntArray,
     columns: int,
     bodies: FloatArray,
-    nearest: FloatArray,
-    field: tuple[FloatArray, FloatArray, float],
     model: RecordArray,
     neighbors: IntArray,
 ) -> int:
-    """Write who of the first `seen` bodies are nearest, nearest first; gives how many they are.
-
-    Nobody sees anybody through a wall.
-    """
+    """Write who of the first `seen` bodies are nearest, nearest first; gives how many they are."""
     count, most = 0, len(neighbors)
     far = np.full(most, model[0].interaction_range ** 2)
     left, right = min(cell % columns, 1), min(columns - 1 - cell % columns, 1)
@@ -259,9 +308,6 @@ def _find_neighbors(
             dx, dy = bodies[other, 0] - bodies[body, 0], bodies[other, 1] - bodies[body, 1]
             squared = dx * dx + dy * dy
             if other == body or other >= seen or squared >= far[-1]:
-                continue
-            walls_between = nearest[body, 0] + nearest[other, 0] < math.sqrt(squared)
-            if walls_between and is_hidden_from(body, other, bodies, nearest, *field):
                 continue
             place = min(count, most - 1)
             while place > 0 and far[place - 1] > squared:
