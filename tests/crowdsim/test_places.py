@@ -7,8 +7,11 @@ import shapely
 from crowdsim.maps import PLACES, make_place
 from crowdsim.maps.plan import CLEAR, Plan
 from crowdsim.maps.shapes import box, disc
+from crowdsim.pedestrians import Pedestrians
+from crowdsim.scenario import Scenario
 from crowdsim.surfaces import Surface
 from crowdsim.wayfinding import geodesic_field
+from crowdsim.world import World
 
 LAYOUTS = range(6)
 
@@ -76,3 +79,26 @@ def test_nothing_is_put_where_people_would_not_fit_past():
 def test_unknown_places_are_refused(kind, layout, message):
     with pytest.raises(ValueError, match=message):
         make_place(kind, layout)
+
+
+@pytest.mark.parametrize("kind", PLACES)
+def test_a_crowd_finds_its_way_from_gate_to_gate(kind):
+    place = make_place(kind, 1)
+    gates, rng = place.entrances.mean(axis=1), np.random.default_rng(0)
+    goals = np.repeat(gates[:1], len(gates) - 1, axis=0)
+    people = Pedestrians.draw(rng, position=gates[1:], waypoints=goals[:, None])
+    scenario = Scenario(
+        name=kind,
+        map=place.map,
+        pedestrians=people,
+        robot_start=(*place.stops[0].tolist(), 0.0),
+        robot_goal=tuple(gates[0].tolist()),
+    )
+    world = World(scenario, rng=rng)
+    nearest = np.full(len(goals), np.inf)
+    for _ in range(80):
+        for _ in range(20):
+            world.step()
+        nearest = np.minimum(nearest, np.linalg.norm(world.positions - goals, axis=1))
+    assert place.map.walkable(world.positions).all()
+    assert nearest.max() < 1.5  # the first ones stand where the others want to
