@@ -30,16 +30,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from crowdsim import interactions
 from crowdsim.cell_list import build_cell_list
-from crowdsim.interactions import (
-    INTERACTIONS,
-    Interaction,
-    circular,
-    elliptical,
-    moussaid_2009,
-    repulsion,
-)
+from crowdsim.interactions import INTERACTIONS, Interaction, interact, repulsion
 from crowdsim.line_of_sight import is_hidden_from, nearest_walls
 
 FloatArray = NDArray[np.float64]
@@ -208,15 +200,18 @@ def people_repulsion(
 ) -> FloatArray:
     """Repulsion `(M, 2)` [m/s^2] of each present body by the others within range and sight.
 
-    What the robot feels, in its row, is left open when some do not notice it. `nearest (M, 3)` is
+    Where not all notice the robot, it is left out of the cell list. `nearest (M, 3)` is
     what `nearest_walls` gives.
     """
-    members, starts, columns = build_cell_list(bodies, present, model[0].interaction_range)
-    sorted_bodies, sorted_radius = bodies[members], radius[members]
-    sorted_direction, sorted_nearest = direction[members], nearest[members]
-    unaware, robot = _unaware(members, notices_robot)
-    walls = wall_grid, wall_origin, wall_cell
+    people = len(notices_robot)
+    apart = len(bodies) > people and not notices_robot.all()
+    listed = present.copy()
+    listed[people:] &= not apart
+    members, starts, columns = build_cell_list(bodies, listed, model[0].interaction_range)
+    sorted_crowd = bodies[members], radius[members], direction[members], nearest[members]
     sorted_total = np.zeros((len(members), 2))
+    hidden = np.empty(len(members), dtype=np.int64)
+    walls = wall_grid, wall_origin, wall_cell
     for cell in range(len(starts) - 1):
         last_column = cell % columns == columns - 1
         above = cell + columns
@@ -224,11 +219,15 @@ def people_repulsion(
         end_above = starts[min(above + (1 if last_column else 2), len(starts) - 1)]
         end_right = starts[cell + (1 if last_column else 2)]
         for a in range(starts[cell], starts[cell + 1]):
-            arrays = sorted_bodies, sorted_radius, sorted_direction, unaware, robot, sorted_nearest
-            _repel(a, a + 1, end_right, *arrays, walls, model, sorted_total)
-            _repel(a, first_above, end_above, *arrays, walls, model, sorted_total)
+            for first, end in ((a + 1, end_right), (first_above, end_above)):
+                found = _repel(a, first, end, 1.0, *sorted_crowd, model, hidden, sorted_total)
+                if found > 0:
+                    _undo(a, found, *sorted_crowd, *walls, model, hidden, sorted_total)
     total = np.zeros((len(bodies), 2))
     total[members] = sorted_total
+    if apart:
+        felt = present[:people] & notices_robot
+        _robot(felt, bodies, radius, direction, nearest, *walls, model, total)
     return total
 
 
@@ -237,70 +236,92 @@ def _repel(
     a: int,
     first: int,
     end: int,
+    sign: float,
     bodies: FloatArray,
     radius: FloatArray,
     direction: FloatArray,
-    unaware: BoolArray,
-    robot: int,
     nearest: FloatArray,
-    walls: tuple[FloatArray, FloatArray, float],
     model: RecordArray,
+    hidden: IntArray,
     total: FloatArray,
-) -> None:
-    """Add the repulsion between body a and each of those from `first` to `end` to both sides."""
+) -> int:
+    """Add the repulsion between body a and each of those from `first` to `end` to both sides.
+
+    Returns:
+        How many of them a wall may hide; they are the first in `hidden`. (Who they are is asked
+        elsewhere: numba's loops are slow as soon as they hand arrays on.)
+    """
     x, y, vx, vy = bodies[a]
-    reach = model[0].interaction_range ** 2
+    range_squared = model[0].interaction_range ** 2
     anisotropy = model[0].anisotropy
+    law, strength = model[0].interaction, model[0].repulsion
+    reach, horizon = model[0].repulsion_range, model[0].anticipation
+    room, found = nearest[a, 0], 0
     for b in range(first, end):
         dx, dy = x - bodies[b, 0], y - bodies[b, 1]
         squared = dx * dx + dy * dy
-        if squared >= reach or squared == 0:
+        if squared >= range_squared or squared == 0:
             continue
-        if (a == robot and unaware[b]) or (b == robot and unaware[a]):
-            continue
-        strength, nx, ny = _interact(
-            dx, dy, vx - bodies[b, 2], vy - bodies[b, 3], radius[a] + radius[b], model
-        )
+        wx, wy, contact = vx - bodies[b, 2], vy - bodies[b, 3], radius[a] + radius[b]
+        size, nx, ny = interact(dx, dy, wx, wy, contact, law, strength, reach, horizon)
         distance = math.sqrt(squared)
-        if strength > NEGLIGIBLE and is_hidden_from(a, b, bodies, nearest, *walls):
-            continue
+        if room + nearest[b, 0] < distance and size > NEGLIGIBLE:
+            hidden[found] = b
+            found += 1
         cos_a = -(dx * direction[a, 0] + dy * direction[a, 1]) / distance
         cos_b = (dx * direction[b, 0] + dy * direction[b, 1]) / distance
-        on_a = strength * sight(anisotropy, cos_a)
-        on_b = strength * sight(anisotropy, cos_b)
+        on_a = sign * size * sight(anisotropy, cos_a)
+        on_b = sign * size * sight(anisotropy, cos_b)
         total[a, 0] += on_a * nx
         total[a, 1] += on_a * ny
         total[b, 0] -= on_b * nx
         total[b, 1] -= on_b * ny
+    return found
 
 
 @njit(cache=True)
-def _interact(
-    dx: float, dy: float, vx: float, vy: float, contact: float, model: RecordArray
-) -> tuple[float, float, float]:
-    """Give what the chosen law gives: an acceleration, and the vector that it goes with."""
-    strength, reach, horizon = (
-        model[0].repulsion,
-        model[0].repulsion_range,
-        model[0].anticipation,
-    )
-    if model[0].interaction == interactions.CIRCULAR:
-        return circular(dx, dy, vx, vy, contact, strength, reach, horizon)
-    if model[0].interaction == interactions.ELLIPTICAL:
-        return elliptical(dx, dy, vx, vy, contact, strength, reach, horizon)
-    return moussaid_2009(dx, dy, vx, vy, strength, reach)
+def _undo(
+    a: int,
+    found: int,
+    bodies: FloatArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    nearest: FloatArray,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
+    model: RecordArray,
+    hidden: IntArray,
+    total: FloatArray,
+) -> None:
+    """Take back the repulsion between a and those of the first `found` whom a wall does hide."""
+    for k in range(found):
+        b = hidden[k]
+        if is_hidden_from(a, b, bodies, nearest, wall_grid, wall_origin, wall_cell):
+            # The one that it may find now is b again, and stands where b stood.
+            _repel(a, b, b + 1, -1.0, bodies, radius, direction, nearest, model, hidden[k:], total)
 
 
 @njit(cache=True)
-def _unaware(members: IntArray, notices_robot: BoolArray) -> tuple[BoolArray, int]:
-    """Who of the members does not notice the robot, and which of them it is; -1 without one."""
-    unaware, robot = np.zeros(len(members), dtype=np.bool_), -1
-    for index in range(len(members)):
-        if members[index] == len(notices_robot):
-            robot = index
-        else:
-            unaware[index] = not notices_robot[members[index]]
-    return unaware, robot
+def _robot(
+    feels: BoolArray,
+    bodies: FloatArray,
+    radius: FloatArray,
+    direction: FloatArray,
+    nearest: FloatArray,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
+    model: RecordArray,
+    total: FloatArray,
+) -> None:
+    """Add the repulsion between the last body and those whom `feels (N,)` tells to both sides."""
+    robot = len(bodies) - 1
+    crowd = bodies, radius, direction, nearest
+    hidden = np.empty(1, dtype=np.int64)
+    for i in np.flatnonzero(feels):
+        found = _repel(i, robot, robot + 1, 1.0, *crowd, model, hidden, total)
+        _undo(i, found, *crowd, wall_grid, wall_origin, wall_cell, model, hidden, total)
 
 
 @njit(cache=True)
@@ -322,12 +343,7 @@ def robot_repulsion(
         `(M, 2)` what each feels from the robot; in the last row what the robot feels from all.
     """
     total = np.zeros((len(bodies), 2))
-    robot = len(bodies) - 1
-    unaware = np.zeros(len(bodies), dtype=np.bool_)
     walls = wall_grid, wall_origin, wall_cell
     nearest = nearest_walls(bodies, *walls)
-    arrays = bodies, radius, direction, unaware, robot, nearest
-    for i in range(robot):
-        if present[i]:
-            _repel(i, robot, robot + 1, *arrays, walls, model, total)
+    _robot(present[:-1], bodies, radius, direction, nearest, *walls, model, total)
     return total

@@ -162,3 +162,23 @@ def time_to_closest(dx: float, dy: float, vx: float, vy: float) -> float:
     """
     approach = -(dx * vx + dy * vy)
     return approach / (vx * vx + vy * vy) if approach > 0 else 0.0
+
+
+@njit(cache=True)
+def interact(
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    contact: float,
+    law: int,
+    strength: float,
+    reach: float,
+    horizon: float,
+) -> tuple[float, float, float]:
+    """Give what the law of that index in `INTERACTIONS` gives."""
+    if law == CIRCULAR:
+        return circular(dx, dy, vx, vy, contact, strength, reach, horizon)
+    if law == ELLIPTICAL:
+        return elliptical(dx, dy, vx, vy, contact, strength, reach, horizon)
+    return moussaid_2009(dx, dy, vx, vy, strength, reach)

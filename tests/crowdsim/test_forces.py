@@ -216,7 +216,7 @@ class TestAwareness:
     def test_who_does_not_notice_the_robot_feels_only_people(self):
         without = people(self.bodies[:2], self.radius[:2], self.direction[:2], SocialForce())
         one, both = self.forces(True, False), self.forces(True, True)
-        np.testing.assert_array_equal(one[0], both[0])
+        np.testing.assert_allclose(one[0], both[0])
         np.testing.assert_allclose(one[1], without[1])
         assert np.abs(both[:2] - without).max(axis=1).min() > 0.1
 
@@ -233,7 +233,7 @@ class TestWallsBetween:
     def test_people_behind_a_wall_are_not_felt(self):
         walls = walls_of([[-2.0, 0.0], [2.0, 0.0]])
         arguments = self.bodies, self.radius, self.direction, SocialForce()
-        np.testing.assert_array_equal(people(*arguments, walls), 0.0)
+        np.testing.assert_allclose(people(*arguments, walls), 0.0, atol=1e-15)
         assert np.abs(people(*arguments)).max(axis=1).min() > 0.1
 
     def test_people_on_one_side_of_it_feel_each_other(self):
@@ -246,7 +246,7 @@ class TestWallsBetween:
         arguments = self.bodies, present, self.radius, self.direction
         model = SocialForce().record()
         hidden = robot_repulsion(*arguments, *walls_of([[-2.0, 0.0], [2.0, 0.0]]), model)
-        np.testing.assert_array_equal(hidden, 0.0)
+        np.testing.assert_allclose(hidden, 0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("model", [ELLIPTICAL, MOUSSAID_2009])
