@@ -1,0 +1,46 @@
+"""The weights that come with the package."""
+
+from dataclasses import replace
+
+import numpy as np
+from hand_made_crowds import walkers
+
+from predictor.checkpoint import load_checkpoint
+from predictor.config import RESIDUAL
+from predictor.forecaster import BUNDLED_WEIGHTS, make_forecaster
+from predictor.scenes import scenes
+
+
+def test_they_say_how_they_were_made_and_beat_constant_velocity_there() -> None:
+    model, about = load_checkpoint(BUNDLED_WEIGHTS)
+    assert model.config == replace(RESIDUAL[0], variant="patch")
+    assert "crowdnav generate" in about["command"]
+    assert "crowdnav train-predictor" in about["command"]
+    metrics = about["metrics"]
+    for key in ("ade", "fde"):
+        assert metrics["validation"][key] < metrics["constant_velocity"][key]
+
+
+def test_they_are_small() -> None:
+    files = BUNDLED_WEIGHTS, BUNDLED_WEIGHTS.with_suffix(".json")
+    assert sum(file.stat().st_size for file in files) < 3_000_000
+
+
+def test_they_let_a_straight_walker_walk_on() -> None:
+    forecaster = make_forecaster("iterative_attention")
+    assert forecaster is not None
+    history = np.arange(8.0)[:, None, None] * np.array([0.5, 0.0])
+    path = forecaster.forecast(history, np.ones((8, 1), dtype=np.bool_))
+    forward = path[:, 0, 0] - history[-1, 0, 0]
+    assert (np.diff(forward) > 0.0).all()
+    assert 2.0 < forward[-1] < 8.0
+
+
+def test_they_stay_at_walking_speed_when_rolled_on() -> None:
+    forecaster = make_forecaster("iterative_attention", horizon=19.2)
+    assert forecaster is not None
+    crowd = walkers(np.random.default_rng(0), people=12)
+    scene = next(scenes(crowd, history_steps=8, forecast_steps=12))
+    path = forecaster.forecast(scene.history, scene.valid, crowd.map_image, crowd.pixel_from_world)
+    speed = np.linalg.norm(np.diff(path, axis=0), axis=-1) / 0.4
+    assert speed.max() < 4.0
