@@ -116,3 +116,12 @@ class TestMixedCrowd:
             run(running, 10.0)
             states.append(running.positions.tobytes())
         assert states[0] == states[1]
+
+    def test_a_forked_world_goes_on_with_the_same_bits(self):
+        rng = np.random.default_rng(4)
+        running = world(make_scenario("circular_crossing", rng, model=EVERY_MODEL))
+        run(running, 3.0)
+        twin = running.fork()
+        run(running, 3.0)
+        run(twin, 3.0)
+        np.testing.assert_array_equal(twin.positions, running.positions)
