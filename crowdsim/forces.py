@@ -319,9 +319,10 @@ def _robot(
     robot = len(bodies) - 1
     crowd = bodies, radius, direction, nearest
     hidden = np.empty(1, dtype=np.int64)
-    for i in np.flatnonzero(feels):
-        found = _repel(i, robot, robot + 1, 1.0, *crowd, model, hidden, total)
-        _undo(i, found, *crowd, wall_grid, wall_origin, wall_cell, model, hidden, total)
+    for i in range(len(feels)):
+        if feels[i]:
+            found = _repel(i, robot, robot + 1, 1.0, *crowd, model, hidden, total)
+            _undo(i, found, *crowd, wall_grid, wall_origin, wall_cell, model, hidden, total)
 
 
 @njit(cache=True)

@@ -33,8 +33,8 @@ class Pedestrians:
         radius: `(N,)` of the body [m].
         mass: `(N,)` [kg].
         notices_robot: `(N,)` whether they see a robot at all, and keep off it; all unless told.
-        group: `(N,)` number of the group with which they walk, -1 for who is alone; all unless
-            told.
+        group: `(N,)` number of the group with which they walk, in consecutive rows; -1 (`ALONE`)
+            for who is alone; all unless told.
         model: `(N,)` codes of `MotionModel`, by which each moves; the social force unless told.
     """
 
@@ -73,6 +73,7 @@ class Pedestrians:
                 raise ValueError(f"{name}: expected > 0, found {getattr(self, name).min()}")
         if (self.desired_speed < 0).any():
             raise ValueError(f"desired_speed: expected >= 0, found {self.desired_speed.min()}")
+        _refuse_scattered_groups(self.group)
         if not np.isin(self.model, list(MotionModel)).all():
             raise ValueError(f"model: expected codes of MotionModel, found {np.unique(self.model)}")
 
@@ -89,13 +90,15 @@ class Pedestrians:
         desired_speed: ArrayLike | None = None,
         radius: ArrayLike | None = None,
         model: ModelChoice = "social_force",
+        group: ArrayLike = ALONE,
     ) -> Pedestrians:
         """Draw adults who are already walking towards their first waypoint.
 
         Desired speeds are normal with mean 1.34 and deviation 0.26 m/s (Weidmann 1993), clipped
         to 0.5 to 2.2 m/s; radii are uniform in 0.2 to 0.3 m; relaxation time 0.5 s (Helbing and
         Molnár 1995); mass 80 kg. Each aspect has a random stream of its own, so that adding a
-        pedestrian or giving the speeds changes no other draw.
+        pedestrian or giving the speeds changes no other draw. Members of a group walk at their
+        mean desired speed.
 
         Args:
             rng: source of all draws.
@@ -104,6 +107,7 @@ class Pedestrians:
             desired_speed: `(N,)` or one for all [m/s], instead of drawn ones.
             radius: `(N,)` or one for all [m], instead of drawn ones.
             model: the motion model of all, or the share of each (see `draw_models`).
+            group: `(N,)` who walks with whom (see `draw_groups`), or `ALONE` for all.
 
         Raises:
             ValueError: if the arrays do not agree in shape or are not finite, or a model is
@@ -117,7 +121,8 @@ class Pedestrians:
             desired_speed = np.clip(speed_rng.normal(1.34, 0.26, len(start)), 0.5, 2.2)
         if radius is None:
             radius = radius_rng.uniform(0.2, 0.3, len(start))
-        speed = _column(desired_speed, len(start))
+        together = np.broadcast_to(np.asarray(group, dtype=np.int64), (len(start),)).copy()
+        speed = _shared(_column(desired_speed, len(start)), together)
         return cls(
             position=start,
             velocity=speed[:, None] * _unit(route[:, 0] - start),
@@ -126,12 +131,31 @@ class Pedestrians:
             relaxation_time=_column(0.5, len(start)),
             radius=_column(radius, len(start)),
             mass=_column(80.0, len(start)),
+            group=together,
             model=draw_models(model_rng, len(start), model),
         )
 
 
 def _column(value: ArrayLike, count: int) -> FloatArray:
     return np.broadcast_to(np.asarray(value, dtype=np.float64), (count,)).copy()
+
+
+def _shared(values: FloatArray, group: IntArray) -> FloatArray:
+    """Give the members of each group the mean of their values `(N,)`."""
+    shared = values.copy()
+    for number in np.unique(group[group != ALONE]):
+        shared[group == number] = values[group == number].mean()
+    return shared
+
+
+def _refuse_scattered_groups(group: IntArray) -> None:
+    starts = group[np.flatnonzero(np.diff(group, prepend=ALONE - 1))]
+    numbers, runs = np.unique(starts[starts != ALONE], return_counts=True)
+    if (runs > 1).any():
+        raise ValueError(
+            f"group: expected consecutive rows for the members of each, "
+            f"found those of {numbers[runs.argmax()]} in {runs.max()} places"
+        )
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

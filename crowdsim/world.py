@@ -16,9 +16,11 @@ from crowdsim.bodies import WALL_RADIUS, Bodies
 from crowdsim.contacts import keep_outside_walls, robot_clearances
 from crowdsim.distance_field import distance_field
 from crowdsim.forces import SocialForce, accelerations, robot_repulsion
+from crowdsim.groups import add_group_forces
 from crowdsim.headed import HeadedSocialForce
 from crowdsim.mixed_crowd import MixedCrowd
 from crowdsim.orca import Orca
+from crowdsim.pedestrians import ALONE
 from crowdsim.playback import Playback
 from crowdsim.routes import Routes
 from crowdsim.snapshot import Snapshot, Stateful
@@ -144,6 +146,7 @@ class World:
         self._max_speed = np.maximum(
             social_force.max_speed_ratio * self._desired_speed, LEAST_MAX_SPEED
         )
+        self._has_groups = bool((pedestrians.group != ALONE).any())
         self._notices_robot = self._draw_awareness(pedestrians)
         self._set_up_bodies(pedestrians)
         self._mixed = None
@@ -391,6 +394,9 @@ class World:
             self._wall_field.cell,
             self._model,
         )
+        if self._has_groups:
+            group = self.scenario.pedestrians.group
+            add_group_forces(self._bodies, self._present, self._direction, group, acceleration)
         if self._mixed is not None:
             self._mixed.replace(acceleration, *self._felt, noise)
         accelerate(self._bodies, acceleration, self._max_speed, self.physics_dt)
