@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from envs.config import CrowdNavConfig, whole_multiple
 from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation, Policy
-from envs.policies.rollouts import Costs, Limits, Scene, improve, walls_seen
+from envs.policies.robot_motion import Limits
+from envs.policies.rollouts import Costs, Scene, improve, walls_seen
 
 Floats = NDArray[np.float64]
 

@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from envs.config import CrowdNavConfig
 from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation, Policy
-
-STEERING_GAIN = 2.0
-"""Angular speed per radian of bearing to the waypoint [1/s]."""
+from envs.policies.robot_motion import STEERING_GAIN
 
 
 class StraightPolicy(Policy):

@@ -5,17 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from envs.policies.robot_motion import Limits, advance, feasible, steer
 from envs.policies.rollouts import (
     Costs,
-    Limits,
     Scene,
-    advance,
-    feasible,
     past,
     people_cost,
     proximity,
     rollout,
-    steer,
     wall_cost,
     walls_seen,
     way_left,
