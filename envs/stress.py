@@ -31,7 +31,7 @@ class StressConfig:
     Attributes:
         forecasters: What `CrowdNavConfig.forecaster` takes, except `none`, which always runs too.
         horizons: How far forecasts reach [s].
-        policy: The planner.
+        policy: The planner; it should plan as far ahead as the longest horizon.
         scenario: Where.
         seeds: One episode per seed, forecaster and horizon.
         environment: Keywords of `CrowdNavConfig` for all.
@@ -46,7 +46,7 @@ class StressConfig:
     scenario: ScenarioChoice
     seeds: tuple[int, ...]
     horizons: tuple[float, ...] = HORIZONS
-    policy: str = "mppi"
+    policy: str = "mppi@9.6"
     environment: Mapping[str, Any] = field(default_factory=dict)
     workers: int = 1
     width: int = 8

@@ -12,7 +12,7 @@ from scripts.output import require_file, require_folder, write_json
 def stress(
     horizons: list[PositiveNumber] | None = None,
     forecasters: Names = Names("constant_velocity,iterative_attention"),
-    policy: str = "mppi",
+    policy: str = "mppi@9.6",
     scenario: str = "circular_crossing",
     scenario_parameters: dict[str, Any] | None = None,
     seeds: Seeds = Seeds(20),
@@ -31,7 +31,8 @@ def stress(
         horizons: Horizons [s], whole multiples of 0.4 s, such as [0.4,4.8]; 0.4 to 9.6 s if not
             given.
         forecasters: `constant_velocity`, `iterative_attention`, or checkpoints.
-        policy: `mppi`, `straight`, or a folder written by `crowdnav train-policy`.
+        policy: `mppi@SECONDS`, which plans that far ahead whatever the horizon of the forecasts,
+            `mppi` (4.8 s), `straight`, or a folder written by `crowdnav train-policy`.
         scenario: Name of the scenario.
         scenario_parameters: Its keywords, such as {"pedestrians": 40}.
         seeds: Number of episodes of each forecaster at each horizon, or their seeds.

@@ -16,7 +16,8 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
     """Makes the policy that `spec` names, for the robot and clocks of `config`.
 
     Args:
-        spec: `straight`, `mppi`, or the folder of a trained PPO policy.
+        spec: `straight`, `mppi`, `mppi@SECONDS` (planning that far ahead instead of 4.8 s), or
+            the folder of a trained PPO policy.
         config: Configuration of the environment that the policy will act in.
 
     Raises:
@@ -24,13 +25,22 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
     """
     if spec == "straight":
         return StraightPolicy(config)
-    if spec == "mppi":
-        return MPPIPolicy(config)
+    name, at, seconds = spec.partition("@")
+    if name == "mppi":
+        return MPPIPolicy(config, MPPIParameters(horizon=_seconds(seconds)) if at else None)
     if Path(spec).is_dir():
         # Torch and Stable-Baselines3 take seconds to import; the other policies need neither.
         from envs.policies.ppo import PPOPolicy
 
         return PPOPolicy(Path(spec), config)
     raise ValueError(
-        f"unknown policy {spec!r}; known are straight, mppi, or the folder of a trained PPO policy"
+        f"unknown policy {spec!r}; known are straight, mppi, mppi@SECONDS, "
+        "or the folder of a trained PPO policy"
     )
+
+
+def _seconds(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"mppi@SECONDS needs a number of seconds, got {text!r}") from None

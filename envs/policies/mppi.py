@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -50,9 +51,10 @@ class MPPIParameters:
     def __post_init__(self) -> None:
         if self.samples < 3:
             raise ValueError(f"samples must be at least 3, got {self.samples}")
-        for name in ("temperature", "noise", "noise_time"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        for name in ("horizon", "temperature", "noise", "noise_time"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be positive and finite, got {value}")
 
 
 class MPPIPolicy(Policy):

@@ -22,11 +22,18 @@ def test_policies_load_without_the_simulator_and_without_torch():
 def test_policies_are_made_by_name():
     assert isinstance(make_policy("straight", CrowdNavConfig()), StraightPolicy)
     assert isinstance(make_policy("mppi", CrowdNavConfig()), MPPIPolicy)
+    assert isinstance(make_policy("mppi@9.6", CrowdNavConfig()), MPPIPolicy)
 
 
 def test_an_unknown_policy_is_refused_with_the_known_ones():
     with pytest.raises(ValueError, match=r"'mpc'.*straight, mppi"):
         make_policy("mpc", CrowdNavConfig())
+
+
+@pytest.mark.parametrize("spec", ["mppi@", "mppi@far", "mppi@-1", "mppi@inf", "mppi@0.5"])
+def test_a_planning_horizon_is_a_positive_whole_number_of_steps(spec: str) -> None:
+    with pytest.raises(ValueError, match="horizon|SECONDS"):
+        make_policy(spec, CrowdNavConfig())
 
 
 def test_a_folder_without_a_policy_is_refused(tmp_path):
