@@ -149,6 +149,20 @@ def test_longer_horizon_continues_the_shorter_one(variant: Variant) -> None:
     assert np.array_equal(long[12:24], again)
 
 
+def test_neighbors_who_are_not_asked_for_are_rolled_on_too(variant: Variant) -> None:
+    recording = walkers(np.random.default_rng(6))
+    forecaster = IterativeAttentionForecaster(network(variant), forecast_steps=24)
+    scene, everyone = scene_of(recording), forecast(forecaster, recording)
+    one = forecaster.forecast(
+        scene.history,
+        scene.valid,
+        recording.map_image,
+        recording.pixel_from_world,
+        np.arange(6) == 2,
+    )
+    assert np.array_equal(one[:, 2], everyone[:, 2])
+
+
 def test_constant_velocity_by_hand() -> None:
     history = np.zeros((8, 3, 2))
     history[-2:, 0] = [[1.0, 1.0], [1.5, 0.0]]
