@@ -181,15 +181,11 @@ def choose_replays(
 
 
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Writes `episodes.parquet`, `summary.json` and `config.json`, each whole or not at all."""
+    """Writes `episodes.parquet` and `summary.json`, each whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     write_atomic(folder / "episodes.parquet", rows_as_parquet(evaluation.rows))
-    for name, content in (
-        ("summary.json", evaluation.summary),
-        ("config.json", evaluation.summary["config"]),
-    ):
-        text = json.dumps(content, indent=2, allow_nan=False) + "\n"
-        write_atomic(folder / name, text.encode())
+    text = json.dumps(evaluation.summary, indent=2, allow_nan=False) + "\n"
+    write_atomic(folder / "summary.json", text.encode())
 
 
 def rows_as_parquet(rows: Sequence[Row]) -> bytes:

@@ -144,7 +144,6 @@ def test_written_results_read_back(evaluation: Evaluation, tmp_path: Path) -> No
     assert summary["scenarios"]["door"]["arms"]["straight/none"]["n"] == 3
     assert summary["scenarios"][ALL_SCENARIOS]["arms"]["straight/none"]["n"] == 6
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "config.json",
         "episodes.parquet",
         "summary.json",
     ]
