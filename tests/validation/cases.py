@@ -146,6 +146,7 @@ CASES = (
         value="RMSE of speed [m/s]",
         high=0.25,
         measure=flow.weidmann_error,
+        miss="by 1 mm/s in one seed",
     ),
     Case(
         name="One-way corridor, largest specific flow",
@@ -153,6 +154,7 @@ CASES = (
         low=1.2,
         high=2.0,
         measure=flow.largest_specific_flow,
+        miss="a bin of few points, in which people press on at 2.5 /m² and more",
     ),
     Case(
         name="Single file up to 1.8 /m",
@@ -175,7 +177,6 @@ CASES = (
         low=0.41,
         high=0.88,
         measure=counterflow.counterflow_speed,
-        miss="where whole lanes form at once, people walk faster than the measured ones",
     ),
     Case(
         name="Faster is slower, door of 1 m",

@@ -167,7 +167,7 @@ def single_file_cloud(seed):
         x = np.arange(-20.0, 10.0, 1 / density)
         place = np.stack([x + rng.uniform(-0.02, 0.02, len(x)), np.zeros(len(x))], axis=1)
         goal = np.broadcast_to([40.0, 0.0], place.shape)
-        start = crowds.scenario(seed, place, goal, walls=crowds.corridor(-22.0, 42.0, 0.8))
+        start = crowds.scenario(seed, place, goal, walls=crowds.corridor(-22.0, 42.0, 0.65))
         tracks = crowds.walk(start, seed, 10.0, every=4)
         for row in range(round(WALKED_UP / tracks.dt), len(tracks.velocities), 5):
             x, speed = tracks.positions[row, :, 0], tracks.velocities[row, :, 0]

@@ -87,7 +87,7 @@ def queueing(seed):
         seed,
         place,
         place * [0.0, 1.0] + [40.0, 0.0],
-        walls=crowds.corridor(-14.0, 42.0, 0.8),
+        walls=crowds.corridor(-14.0, 42.0, 0.65),
         desired_speed=np.where(np.arange(11) == 0, 0.4, 1.34),
     )
     tracks = crowds.walk(start, seed, 60.0, every=1)
