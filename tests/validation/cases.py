@@ -90,7 +90,7 @@ CASES = (
         value="least gap between bodies [m]",
         low=-0.005,
         measure=walks.queueing,
-        miss="the queue pushes its first people together, up to some centimetres",
+        miss="the queue pushes its first people together by a centimetre",
     ),
     Case(
         name="RiMEA 6: 20 people round a corner",
@@ -154,7 +154,7 @@ CASES = (
         low=1.2,
         high=2.0,
         measure=flow.largest_specific_flow,
-        miss="a bin of few points, in which people press on at 2.5 /m² and more",
+        miss="dense crowds walk on a little too fast",
     ),
     Case(
         name="Single file up to 1.8 /m",
