@@ -3,6 +3,7 @@
 import math
 import multiprocessing
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -206,8 +207,13 @@ def _run(tasks: Sequence[Task], workers: int) -> Iterator[Done]:
     if workers == 1:
         yield from map(_make_shard, tasks)
         return
-    with multiprocessing.get_context("spawn").Pool(workers, cv2.setNumThreads, (1,)) as pool:
-        yield from pool.imap(_make_shard, tasks)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_take_one_thread) as pool:
+        yield from pool.map(_make_shard, tasks)
+
+
+def _take_one_thread() -> None:
+    cv2.setNumThreads(1)
 
 
 def _make_shard(task: Task) -> Done:

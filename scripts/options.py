@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 else:
     PositiveNumber = restricted_number_type("PositiveNumber", float, [(">", 0), ("<", math.inf)])
     """A positive number that is not infinite."""
+    # Values travel to worker processes, which look their class up here.
+    PositiveNumber.__module__ = __name__
 
 
 class Names(tuple[str, ...]):

@@ -1,6 +1,10 @@
+import pickle
+import subprocess
+import sys
+
 import pytest
 
-from scripts.options import Names, Seeds
+from scripts.options import Names, PositiveNumber, Seeds
 
 
 @pytest.mark.parametrize(
@@ -25,3 +29,10 @@ def test_names_are_the_same_from_command_line_and_yaml() -> None:
 def test_names_refuse_empty_ones(value: str | list[str]) -> None:
     with pytest.raises(ValueError, match="expected names"):
         Names(value)
+
+
+def test_values_travel_to_a_process_that_has_imported_nothing() -> None:
+    values = (Names("straight"), Seeds(3), PositiveNumber(4.8))
+    code = f"import pickle; print(pickle.loads({pickle.dumps(values)!r}))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "(('straight',), (0, 1, 2), 4.8)"
