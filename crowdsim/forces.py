@@ -69,7 +69,7 @@ class SocialForce:
 
     interaction: Interaction = "circular"
     repulsion: float = 2.5
-    repulsion_range: float = 0.25
+    repulsion_range: float = 0.35
     anisotropy: float = 0.3
     wall_repulsion: float = 2.0
     wall_range: float = 0.08
