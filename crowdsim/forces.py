@@ -47,9 +47,8 @@ NEGLIGIBLE: Final = 1e-3
 class SocialForce:
     """Parameters of the model.
 
-    The defaults are tuned on this simulator's own crossings, doors and squares: people who meet
-    head on pass at full speed, 20 who cross a circle need 1.1 times the free time, and a door of
-    1 m lets 1.1 people per second through.
+    The defaults are tuned on this simulator's own crossings, doors and squares, and held against
+    measured crowds in docs/validation.md.
 
     Attributes:
         interaction: law between people: `circular`, `elliptical` or `moussaid_2009`; the last two
