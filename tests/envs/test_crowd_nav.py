@@ -38,13 +38,12 @@ def run(env, action, seed=0):
             return steps, reward, terminated, truncated, info
 
 
-@pytest.mark.parametrize("forecaster", ["none", "constant_velocity", "checkpoint"])
+@pytest.mark.parametrize("forecaster", ["none", "constant_velocity", "iterative_attention"])
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("env_id", IDS)
-def test_the_checkers_have_nothing_to_say(env_id, robot, forecaster, checkpoint):
-    spec = checkpoint if forecaster == "checkpoint" else forecaster
+def test_the_checkers_have_nothing_to_say(env_id, robot, forecaster):
     env = gymnasium.make(
-        env_id, robot=robot, forecaster=spec, observe_map=True, render_mode="rgb_array"
+        env_id, robot=robot, forecaster=forecaster, observe_map=True, render_mode="rgb_array"
     )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
