@@ -23,7 +23,8 @@ def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str
         rows: One per episode, with `scenario`, `arm`, `seed` and the columns of `METRICS`. Every
             arm has the same seeds in a scenario.
         reference: Arm that the paired differences are taken against.
-        seed: Seeds the bootstrap.
+        seed: Seeds the bootstrap of every interval anew, so that none depends on what else is
+            measured.
 
     Returns:
         `{"reference": …, "scenarios": {scenario: {"arms": {arm: {"n": …, "metrics": {metric:
@@ -38,7 +39,6 @@ def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str
     arms = _unique(row["arm"] for row in rows)
     if reference not in arms:
         raise ValueError(f"reference: expected one of {', '.join(arms)}, found {reference!r}")
-    rng = np.random.default_rng(seed)
     scenarios = _unique(row["scenario"] for row in rows)
     groups = {name: [row for row in rows if row["scenario"] == name] for name in scenarios}
     if len(scenarios) > 1:
@@ -46,7 +46,7 @@ def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str
     return {
         "reference": reference,
         "scenarios": {
-            name: _summarize_group(group, arms, reference, rng) for name, group in groups.items()
+            name: _summarize_group(group, arms, reference, seed) for name, group in groups.items()
         },
     }
 
@@ -66,7 +66,7 @@ def verdict(difference: Interval, better: str) -> str:
 
 
 def _summarize_group(
-    rows: Sequence[Row], arms: Sequence[str], reference: str, rng: np.random.Generator
+    rows: Sequence[Row], arms: Sequence[str], reference: str, seed: int
 ) -> dict[str, Any]:
     """One scenario's entry of the summary."""
     of_arm = {arm: _ordered(rows, arm) for arm in arms}
@@ -78,18 +78,20 @@ def _summarize_group(
             arm: {
                 "n": len(of_arm[arm]),
                 "metrics": {
-                    aggregate_name(key): as_json(mean_interval(column(of_arm[arm], key), rng))
+                    aggregate_name(key): as_json(
+                        mean_interval(column(of_arm[arm], key), np.random.default_rng(seed))
+                    )
                     for key in METRICS
                 },
             }
             for arm in arms
         },
         "differences": {
-            arm: _differences(of_arm[arm], of_arm[reference], METRICS, rng) for arm in others
+            arm: _differences(of_arm[arm], of_arm[reference], METRICS, seed) for arm in others
         },
         "between": {
             arm: {
-                earlier: _differences(of_arm[arm], of_arm[earlier], HEADLINE, rng)
+                earlier: _differences(of_arm[arm], of_arm[earlier], HEADLINE, seed)
                 for earlier in others[:index]
             }
             for index, arm in enumerate(others)
@@ -98,11 +100,12 @@ def _summarize_group(
 
 
 def _differences(
-    rows: Sequence[Row], others: Sequence[Row], keys: Iterable[str], rng: np.random.Generator
+    rows: Sequence[Row], others: Sequence[Row], keys: Iterable[str], seed: int
 ) -> dict[str, Any]:
     """Paired difference of the metrics with its verdict."""
     entries = {}
     for key in keys:
+        rng = np.random.default_rng(seed)
         difference = paired_difference(column(rows, key), column(others, key), rng)
         entries[aggregate_name(key)] = {
             **as_json(difference),

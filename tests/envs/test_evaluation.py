@@ -1,4 +1,5 @@
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -169,6 +170,27 @@ def test_a_summary_pairs_by_seed_and_not_by_order() -> None:
     assert difference["verdict"] == "better"
     with pytest.raises(ValueError, match="same seeds"):
         summarize(rows[:-1], reference="a")
+
+
+def test_an_interval_does_not_depend_on_what_else_is_measured() -> None:
+    def clearance(path_length: Callable[[int], float]) -> Any:
+        missing = {key: metric.kind == "share" or np.nan for key, metric in METRICS.items()}
+        rows = [
+            {
+                **missing,
+                "scenario": "s",
+                "arm": "a",
+                "seed": seed,
+                "path_length": path_length(seed),
+                "clearance_min": seed**0.5,
+            }
+            for seed in range(8)
+        ]
+        return summarize(rows, reference="a")["scenarios"]["s"]["arms"]["a"]["metrics"][
+            "clearance_min"
+        ]
+
+    assert clearance(lambda _: np.nan) == clearance(float)
 
 
 def test_names_of_arms() -> None:

@@ -32,7 +32,7 @@ def test_an_unknown_policy_is_refused_with_the_known_ones():
 
 @pytest.mark.parametrize("spec", ["mppi@", "mppi@far", "mppi@-1", "mppi@inf", "mppi@0.5"])
 def test_a_planning_horizon_is_a_positive_whole_number_of_steps(spec: str) -> None:
-    with pytest.raises(ValueError, match="horizon|SECONDS"):
+    with pytest.raises(ValueError, match=r"horizon|SECONDS"):
         make_policy(spec, CrowdNavConfig())
 
 
