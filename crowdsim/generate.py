@@ -26,7 +26,6 @@ PER_SHARD: Final = 8
 """Recordings per file; a constant, so that the files do not depend on the workers."""
 SCENE_STEPS: Final = 20
 """Rows of a training scene: somebody must be seen that long."""
-PIXELS_PER_METRE: Final = 10.0
 PHYSICS_DT: Final = 0.05
 
 
@@ -77,7 +76,7 @@ def record(
         np.concatenate(ids),
         np.concatenate(positions),
         dt=frame_dt,
-        picture=Picture(*render_map(scenario.map, PIXELS_PER_METRE)),
+        picture=Picture(*render_map(scenario.map)),
     ).regular()
     _require_scene(recording)
     return recording
