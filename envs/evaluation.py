@@ -213,10 +213,10 @@ def _check_names(config: EvaluationConfig) -> None:
     """Makes every scenario, policy and forecaster once, so that a bad name fails at once."""
     for choice in config.scenarios:
         make_scenario(choice.scenario, np.random.default_rng(0), **choice.parameters)
-        for arm in config.arms:
-            environment = config.environment_of(arm, choice)
-            make_policy(arm.policy, environment)
-            make_forecaster(arm.forecaster, horizon=environment.horizon)
+    for arm in config.arms:
+        environment = config.environment_of(arm, config.scenarios[0])
+        make_policy(arm.policy, environment)
+        make_forecaster(arm.forecaster, horizon=environment.horizon)
 
 
 def _tasks(config: EvaluationConfig) -> list[Task]:

@@ -36,9 +36,4 @@ def run_twin(trace: Trace, *, longer: float = 0.0) -> TwinTrace:
 
 
 def _row(world: World) -> tuple[np.ndarray, ...]:
-    return (
-        world.positions.copy(),
-        world.velocities.copy(),
-        world.valid.copy(),
-        world.ids.copy(),
-    )
+    return world.positions, world.velocities, world.valid, world.ids

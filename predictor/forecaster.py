@@ -7,10 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.recordings import FRAME_DT
 from predictor.constant_velocity import ConstantVelocityForecaster
-
-FRAME_DT = 0.4
-"""Seconds between two frames of every forecaster that is chosen by name alone."""
 
 BUNDLED_WEIGHTS = Path(__file__).parent / "weights" / "iterative_attention.safetensors"
 """Weights trained on synthetic crowds; the JSON beside them says how."""
