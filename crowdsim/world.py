@@ -149,18 +149,7 @@ class World:
         self._has_groups = bool((pedestrians.group != ALONE).any())
         self._notices_robot = self._draw_awareness(pedestrians)
         self._set_up_bodies(pedestrians)
-        self._mixed = None
-        if pedestrians.model.any():
-            self._mixed = MixedCrowd(
-                pedestrians,
-                notices_robot=self._notices_robot,
-                max_speed=self._max_speed,
-                walls=self._walls,
-                wall_field=self._wall_field,
-                headed_social_force=headed_social_force,
-                orca=orca,
-                dt=self.physics_dt,
-            )
+        self._mixed = self._mix(pedestrians, headed_social_force, orca)
         self._guide: Routes | Playback
         if scenario.replay is None:
             self._guide = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
@@ -316,6 +305,23 @@ class World:
         (awareness_rng,) = self._rng.spawn(1)
         notices: BoolArray = awareness_rng.random(len(pedestrians)) < self._robot.awareness
         return notices & pedestrians.notices_robot
+
+    def _mix(
+        self, pedestrians: Pedestrians, headed_social_force: HeadedSocialForce, orca: Orca
+    ) -> MixedCrowd | None:
+        """Those who move by another model than the social force; None without any."""
+        if not pedestrians.model.any():
+            return None
+        return MixedCrowd(
+            pedestrians,
+            notices_robot=self._notices_robot,
+            max_speed=self._max_speed,
+            walls=self._walls,
+            wall_field=self._wall_field,
+            headed_social_force=headed_social_force,
+            orca=orca,
+            dt=self.physics_dt,
+        )
 
     def _set_up_bodies(self, pedestrians: Pedestrians) -> None:
         rows = [np.concatenate([pedestrians.position, pedestrians.velocity], axis=1)]
