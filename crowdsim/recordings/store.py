@@ -9,6 +9,7 @@ under its final name.
 import hashlib
 import io
 import json
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -32,6 +33,8 @@ COLUMNS: Final = {
     "y_mm": pa.int32(),
 }
 MILLIMETRES: Final = 1000.0
+UNFINISHED: Final = ".part"
+"""End of the name of a file that is being written."""
 FARTHEST: Final = 2_000_000.0
 """Largest coordinate [m] that fits into int32 millimetres."""
 
@@ -105,6 +108,17 @@ def write_shard(folder: Path, index: int, recordings: Sequence[Recording]) -> di
     }
 
 
+def is_intact(folder: Path, shard: Mapping[str, Any]) -> bool:
+    """Tell whether all files of a shard stand and are what its entry (of `write_shard`) says."""
+    pictures = [entry["picture"] for entry in shard["recordings"]]
+    try:
+        for file in (shard, *(picture for picture in pictures if picture is not None)):
+            _read_checked(folder / file["file"], file["sha256"])
+    except (FileNotFoundError, ValueError):
+        return False
+    return True
+
+
 def write_manifest(
     folder: Path, shards: Sequence[Mapping[str, Any]], metadata: Mapping[str, Any] | None = None
 ) -> None:
@@ -141,7 +155,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def write_atomic(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or not at all."""
-    temporary = path.with_name(f".{path.name}.part")
+    # Workers may write the same map at once, and one may be killed: no two share a temporary.
+    temporary = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     temporary.write_bytes(content)
     temporary.replace(path)
 
