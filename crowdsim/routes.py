@@ -235,10 +235,13 @@ def _advance(
 
 @njit(cache=True)
 def _has_arrived(body: FloatArray, before: FloatArray, point: FloatArray) -> bool:
-    """Whether a body is at a waypoint, or past it as seen from the one before."""
+    """Whether a body is at a waypoint, or past it as seen from the one before.
+
+    Who was pushed past a waypoint that is listed twice is past its second copy as well.
+    """
     dx, dy = body[0] - point[0], body[1] - point[1]
     distance = math.hypot(dx, dy)
-    is_past = dx * (point[0] - before[0]) + dy * (point[1] - before[1]) > 0
+    is_past = dx * (point[0] - before[0]) + dy * (point[1] - before[1]) >= 0
     return distance <= ARRIVAL_DISTANCE or (is_past and distance <= PASSING_DISTANCE)
 
 

@@ -52,3 +52,14 @@ def test_who_leaves_comes_in_at_the_entrance():
     assert present[0]
     assert ids[0] == 1
     np.testing.assert_array_equal(bodies[0, :2], (-1.0, 0.5))
+
+
+def test_who_was_pushed_past_a_goal_listed_twice_does_not_turn_back():
+    walker = Pedestrians.draw(
+        np.random.default_rng(0), position=[(0.0, 0.0)], waypoints=[[(10.0, 0.0), (10.0, 0.0)]]
+    )
+    routes = Routes(walker, Map(bounds=(-2.0, -5.0, 12.0, 5.0)), "respawn")
+    bodies, present = np.array([[10.1, 1.2, 1.0, 0.0]]), np.array([True])
+    for _ in range(2):
+        routes.advance(bodies, RADIUS, present, np.array([0]))
+    assert not present[0]
