@@ -1,7 +1,8 @@
-"""Those of a crowd whose motion is not the plain social force."""
+"""How everybody in a crowd accelerates, each by a model of motion of their own."""
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -9,37 +10,43 @@ from numba import njit
 from numpy.typing import NDArray
 
 from crowdsim.distance_field import DistanceField
-from crowdsim.forces import goal_drive
+from crowdsim.forces import SocialForce, accelerations, goal_drive, robot_repulsion
+from crowdsim.groups import add_group_forces
 from crowdsim.headed import HeadedSocialForce, walk_ahead
 from crowdsim.motion import MotionModel
 from crowdsim.orca import Orca, avoid
-from crowdsim.pedestrians import Pedestrians
+from crowdsim.pedestrians import ALONE, Pedestrians
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+LEAST_MAX_SPEED = 0.6
+"""People who want to stand can still step aside this fast [m/s]."""
+
 
 class MixedCrowd:
-    """Replaces the social-force accelerations of those who move by another model.
+    """The social force for all, and what replaces it for those who move by another model.
 
     Everybody sees everybody, whatever their models.
 
     Attributes:
+        max_speed: `(N,)` [m/s].
+        notices_robot: `(N,)` who is aware of the robot.
         turning: `(N, 2)` heading [rad] and its rate [rad/s] of headed people, the only state that
             a step leaves to the next; NaN for everybody else and for who is not there.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("turning", "_notices_robot")
+    STATE: ClassVar[tuple[str, ...]] = ("turning", "notices_robot")
 
     def __init__(
         self,
         pedestrians: Pedestrians,
         *,
         notices_robot: BoolArray,
-        max_speed: FloatArray,
         walls: FloatArray,
         wall_field: DistanceField,
+        social_force: SocialForce,
         headed_social_force: HeadedSocialForce,
         orca: Orca,
         dt: float,
@@ -49,11 +56,11 @@ class MixedCrowd:
         Args:
             pedestrians: who moves, and by which model.
             notices_robot: `(N,)` who is aware of the robot.
-            max_speed: `(N,)` [m/s].
             walls: `(S, 2, 2)` segments [m].
             wall_field: their distances.
-            headed_social_force: parameters of that model.
-            orca: parameters of that model.
+            social_force: parameters of the forces between people.
+            headed_social_force: what headed people add to them.
+            orca: parameters of those who move by ORCA.
             dt: length of a step [s].
         """
         model = pedestrians.model
@@ -63,29 +70,31 @@ class MixedCrowd:
         # One row more: a robot, too, is taken to do its half.
         self._gives_way: BoolArray = np.append(model != MotionModel.CONSTANT_VELOCITY, [True])
         self._any_orca = bool(self._orca.any())
+        self._has_groups = bool((pedestrians.group != ALONE).any())
         self._people = pedestrians
-        self._notices_robot = notices_robot
-        self._max_speed = max_speed
         self._walls = walls
         self._wall_field = wall_field
+        self._social_force_parameters = social_force.record()
         self._headed_parameters = headed_social_force.record()
         self._orca_parameters = orca.record()
         self._dt = dt
+        self.max_speed: FloatArray = np.maximum(
+            social_force.max_speed_ratio * pedestrians.desired_speed, LEAST_MAX_SPEED
+        )
+        self.notices_robot = notices_robot
         self.turning: FloatArray = np.full((len(pedestrians), 2), np.nan)
 
-    def replace(
+    def accelerations(
         self,
-        acceleration: FloatArray,
         bodies: FloatArray,
         present: BoolArray,
         radius: FloatArray,
         direction: FloatArray,
         noise: FloatArray,
-    ) -> None:
-        """Give the members of the other models their own accelerations.
+    ) -> FloatArray:
+        """Accelerations `(M, 2)` [m/s^2], computed from one snapshot.
 
         Args:
-            acceleration: `(M, 2)` by the social force [m/s^2], changed in place.
             bodies: `(M, 4)` x, y, vx, vy; the N pedestrians first, then perhaps the robot.
             present: `(M,)` who is there.
             radius: `(M,)` [m].
@@ -93,6 +102,23 @@ class MixedCrowd:
             noise: `(N, 2)` standard normal draws for this step.
         """
         people = self._people
+        acceleration = accelerations(
+            bodies,
+            present,
+            radius,
+            direction,
+            people.desired_speed,
+            people.relaxation_time,
+            self.notices_robot,
+            noise,
+            self._dt,
+            self._wall_field.grid,
+            self._wall_field.origin,
+            self._wall_field.cell,
+            self._social_force_parameters,
+        )
+        if self._has_groups:
+            add_group_forces(bodies, present, direction, people.group, acceleration)
         if len(self._headed):
             walk_ahead(
                 self._headed,
@@ -108,25 +134,7 @@ class MixedCrowd:
                 acceleration,
             )
         if self._any_orca:
-            avoid(
-                self._gives_way,
-                self._orca,
-                self._notices_robot,
-                bodies,
-                present,
-                radius,
-                direction,
-                people.desired_speed,
-                self._max_speed,
-                noise,
-                self._dt,
-                self._walls,
-                self._wall_field.grid,
-                self._wall_field.origin,
-                self._wall_field.cell,
-                self._orca_parameters,
-                acceleration,
-            )
+            self._avoid(bodies, present, radius, direction, noise, acceleration)
         if len(self._unyielding):
             walk_on(
                 self._unyielding,
@@ -136,6 +144,67 @@ class MixedCrowd:
                 people.relaxation_time,
                 acceleration,
             )
+        return acceleration
+
+    def robot_repulsion(
+        self, bodies: FloatArray, present: BoolArray, radius: FloatArray, direction: FloatArray
+    ) -> FloatArray:
+        """Social forces `(M, 2)` [m/s^2] between the robot, the last row, and each other body.
+
+        Everybody is taken to notice it whom no wall hides; the last row is what it feels itself.
+        """
+        return robot_repulsion(
+            bodies,
+            present,
+            radius,
+            direction,
+            self._wall_field.grid,
+            self._wall_field.origin,
+            self._wall_field.cell,
+            self._social_force_parameters,
+        )
+
+    def _avoid(
+        self,
+        bodies: FloatArray,
+        present: BoolArray,
+        radius: FloatArray,
+        direction: FloatArray,
+        noise: FloatArray,
+        acceleration: FloatArray,
+    ) -> None:
+        avoid(
+            self._gives_way,
+            self._orca,
+            self.notices_robot,
+            bodies,
+            present,
+            radius,
+            direction,
+            self._people.desired_speed,
+            self.max_speed,
+            noise,
+            self._dt,
+            self._walls,
+            self._wall_field.grid,
+            self._wall_field.origin,
+            self._wall_field.cell,
+            self._orca_parameters,
+            acceleration,
+        )
+
+
+@njit(cache=True)
+def accelerate(
+    bodies: FloatArray, acceleration: FloatArray, max_speed: FloatArray, dt: float
+) -> None:
+    """Add `acceleration (M, 2)` to the pedestrians' velocities, up to `max_speed (N,)`."""
+    for i in range(len(max_speed)):
+        vx = bodies[i, 2] + acceleration[i, 0] * dt
+        vy = bodies[i, 3] + acceleration[i, 1] * dt
+        speed = math.hypot(vx, vy)
+        scale = max_speed[i] / speed if speed > max_speed[i] else 1.0
+        bodies[i, 2], bodies[i, 3] = vx * scale, vy * scale
 
 
 @njit(cache=True)

@@ -5,28 +5,26 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from crowdsim.bodies import WALL_RADIUS, Bodies
 from crowdsim.contacts import keep_outside_walls, robot_clearances
 from crowdsim.distance_field import distance_field
-from crowdsim.forces import SocialForce, accelerations, robot_repulsion
-from crowdsim.groups import add_group_forces
+from crowdsim.forces import SocialForce
 from crowdsim.headed import HeadedSocialForce
-from crowdsim.mixed_crowd import MixedCrowd
+from crowdsim.mixed_crowd import MixedCrowd, accelerate
 from crowdsim.orca import Orca
-from crowdsim.pedestrians import ALONE
 from crowdsim.playback import Playback
+from crowdsim.robot_body import RobotBody, follow, wanted_velocity
 from crowdsim.routes import Routes
-from crowdsim.snapshot import Snapshot, Stateful
+from crowdsim.snapshot import Snapshot, Stateful, fingerprint
+from crowdsim.starts import draw_awareness, refuse_shared_places, starting_bodies
 
 if TYPE_CHECKING:
-    from crowdsim.pedestrians import Pedestrians
     from crowdsim.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -36,42 +34,9 @@ BoolArray = NDArray[np.bool_]
 CONTACT_GAP = 0.005
 """Surfaces this near count as touching [m]."""
 
-LEAST_MAX_SPEED = 0.6
-"""People who want to stand can still step aside this fast [m/s]."""
-
 DEFAULT_SOCIAL_FORCE = SocialForce()
 DEFAULT_HEADED_SOCIAL_FORCE = HeadedSocialForce()
 DEFAULT_ORCA = Orca()
-
-
-@dataclass(frozen=True, kw_only=True)
-class RobotBody:
-    """The robot as the crowd meets it.
-
-    Attributes:
-        radius: [m].
-        mass: [kg].
-        awareness: share of people who notice and feel it, 0 to 1; all bump into it either way.
-        max_acceleration: how hard it drives itself towards the wanted velocity [m/s^2].
-    """
-
-    radius: float = 0.3
-    mass: float = 50.0
-    awareness: float = 1.0
-    max_acceleration: float = 5.0
-
-    def __post_init__(self) -> None:
-        """Check the ranges.
-
-        Raises:
-            ValueError: if a size is not positive and finite, or the awareness is no share.
-        """
-        if not 0 <= self.awareness <= 1:
-            raise ValueError(f"robot awareness: expected 0 to 1, found {self.awareness}")
-        for name in ("radius", "mass", "max_acceleration"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"robot {name}: expected a finite value > 0, found {value}")
 
 
 class World:
@@ -99,11 +64,10 @@ class World:
         "_present",
         "_ids",
         "_direction",
-        "_notices_robot",
     )
 
-    # Attributes that hold the other parts with a state; None where a world has no such part.
-    _PARTS: ClassVar[tuple[str, ...]] = ("_guide", "_mixed")
+    # Attributes that hold the other parts with a state.
+    _PARTS: ClassVar[tuple[str, ...]] = ("_guide", "_crowd")
 
     def __init__(
         self,
@@ -131,25 +95,30 @@ class World:
             ValueError: if two bodies start at the same place, or `physics_dt` is not positive or
                 does not divide a recording's time step.
         """
+        if not (math.isfinite(physics_dt) and physics_dt > 0):
+            raise ValueError(f"physics_dt: expected > 0 s, found {physics_dt}")
         pedestrians = scenario.pedestrians
         self.scenario = scenario
-        self.physics_dt = _checked_dt(physics_dt)
+        self.physics_dt = float(physics_dt)
         self.step_count = 0
         self.held_count = 0
         self._rng = rng
         self._robot = robot
-        self._model = social_force.record()
+        self._models = (social_force, headed_social_force, orca)
         self._walls = scenario.map.segments
         self._wall_field = distance_field(scenario.map)
-        self._desired_speed = pedestrians.desired_speed.copy()
-        self._relaxation_time = pedestrians.relaxation_time.copy()
-        self._max_speed = np.maximum(
-            social_force.max_speed_ratio * self._desired_speed, LEAST_MAX_SPEED
+        self._set_up_bodies()
+        self._crowd = MixedCrowd(
+            pedestrians,
+            notices_robot=draw_awareness(rng, pedestrians, robot),
+            walls=self._walls,
+            wall_field=self._wall_field,
+            social_force=social_force,
+            headed_social_force=headed_social_force,
+            orca=orca,
+            dt=self.physics_dt,
         )
-        self._has_groups = bool((pedestrians.group != ALONE).any())
-        self._notices_robot = self._draw_awareness(pedestrians)
-        self._set_up_bodies(pedestrians)
-        self._mixed = self._mix(pedestrians, headed_social_force, orca)
+        self._look_at_rows()
         self._guide: Routes | Playback
         if scenario.replay is None:
             self._guide = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
@@ -172,9 +141,11 @@ class World:
         guide = self._guide
         self._command_robot(robot_velocity)
         if isinstance(guide, Routes):
-            self._choose_velocities(guide)
-        moved = self._solid.step(self._bodies)
-        self._take(moved)
+            guide.steer(self._bodies, self.scenario.pedestrians.desired_speed, self._direction)
+            noise = self._rng.standard_normal((self._count, 2))
+            acceleration = self._crowd.accelerations(*self._felt, noise)
+            accelerate(self._bodies, acceleration, self._crowd.max_speed, self.physics_dt)
+        self._take(self._solid.step(self._bodies))
         self.step_count += 1
         if isinstance(guide, Routes):
             guide.advance(self._bodies, self._radius, self._present, self._ids)
@@ -184,7 +155,7 @@ class World:
 
     def snapshot(self) -> Snapshot:
         """Take down the state, random generator included; the world's future does not change."""
-        return Snapshot.of(self._parts(), physics_dt=self.physics_dt)
+        return Snapshot.of(self._parts(), origin=self._origin)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back, or over, to a state; from there on, the same commands give the same bits.
@@ -197,10 +168,10 @@ class World:
                 the generator), be it in another process.
 
         Raises:
-            ValueError: if it is of a world that was built from something else, as far as that
-                shows; then nothing has changed.
+            ValueError: if it is of a world that was built from something else; then nothing has
+                changed.
         """
-        snapshot.put(self._parts(), physics_dt=self.physics_dt)
+        snapshot.put(self._parts(), origin=self._origin)
         self._look_at_rows()
         self._measure_robot()
 
@@ -246,7 +217,7 @@ class World:
     @property
     def desired_speed(self) -> FloatArray:
         """Of the pedestrians `(N,)` [m/s]."""
-        return self._desired_speed.copy()
+        return self.scenario.pedestrians.desired_speed.copy()
 
     @property
     def goals(self) -> FloatArray:
@@ -286,73 +257,36 @@ class World:
         velocity = self._robot_row()[2:]
         speed = np.hypot(*velocity)
         self._direction[-1] = velocity / speed if speed > 0 else 0.0
-        total = robot_repulsion(
-            self._bodies,
-            self._present,
-            self._radius,
-            self._direction,
-            self._wall_field.grid,
-            self._wall_field.origin,
-            self._wall_field.cell,
-            self._model,
+        total = self._crowd.robot_repulsion(
+            self._bodies, self._present, self._radius, self._direction
         )
         return total[-1], total[:-1]
 
-    def _draw_awareness(self, pedestrians: Pedestrians) -> BoolArray:
-        if self._robot is None:
-            return pedestrians.notices_robot.copy()
-        # A stream of its own: the whims do not depend on who is aware.
-        (awareness_rng,) = self._rng.spawn(1)
-        notices: BoolArray = awareness_rng.random(len(pedestrians)) < self._robot.awareness
-        return notices & pedestrians.notices_robot
-
-    def _mix(
-        self, pedestrians: Pedestrians, headed_social_force: HeadedSocialForce, orca: Orca
-    ) -> MixedCrowd | None:
-        """Those who move by another model than the social force; None without any."""
-        if not pedestrians.model.any():
-            return None
-        return MixedCrowd(
-            pedestrians,
-            notices_robot=self._notices_robot,
-            max_speed=self._max_speed,
-            walls=self._walls,
-            wall_field=self._wall_field,
-            headed_social_force=headed_social_force,
-            orca=orca,
-            dt=self.physics_dt,
+    def _set_up_bodies(self) -> None:
+        scenario, pedestrians = self.scenario, self.scenario.pedestrians
+        self._bodies, self._radius, mass = starting_bodies(
+            pedestrians, self._robot, scenario.robot_start
         )
-
-    def _set_up_bodies(self, pedestrians: Pedestrians) -> None:
-        rows = [np.concatenate([pedestrians.position, pedestrians.velocity], axis=1)]
-        radius, mass = [pedestrians.radius], [pedestrians.mass]
-        if self._robot is not None:
-            x, y, _ = self.scenario.robot_start
-            rows.append(np.array([[x, y, 0.0, 0.0]]))
-            radius.append(np.array([self._robot.radius]))
-            mass.append(np.array([self._robot.mass]))
-        self._bodies: FloatArray = np.concatenate(rows)  # (M, 4) x, y, vx, vy
-        self._radius: FloatArray = np.concatenate(radius)
         self._count = len(pedestrians)
         self._present: BoolArray = np.ones(len(self._bodies), dtype=np.bool_)
         self._ids: IntArray = np.arange(self._count)
         self._direction: FloatArray = np.zeros((len(self._bodies), 2))
-        replayed = self.scenario.replay is not None
+        replayed = scenario.replay is not None
         if not replayed:
-            _refuse_shared_places(self._bodies)
+            refuse_shared_places(self._bodies)
         self._dynamic_from = self._count if replayed else 0
         self._solid = Bodies(
             radius=self._radius,
-            mass=np.concatenate(mass),
+            mass=mass,
             kinematic=np.arange(len(self._bodies)) < self._dynamic_from,
             walls=self._walls,
             dt=self.physics_dt,
         )
-        self._look_at_rows()
 
     def _look_at_rows(self) -> None:
         # Forces look at these rows only.
-        felt = slice(self._count + (self._robot is not None and self._notices_robot.any()))
+        robot_is_felt = self._robot is not None and self._crowd.notices_robot.any()
+        felt = slice(self._count + robot_is_felt)
         self._felt: tuple[FloatArray, BoolArray, FloatArray, FloatArray] = (
             self._bodies[felt],
             self._present[felt],
@@ -361,8 +295,16 @@ class World:
         )
 
     def _parts(self) -> dict[str, Stateful]:
-        parts = {"world": self, **{name: getattr(self, name) for name in self._PARTS}}
-        return {name: part for name, part in parts.items() if part is not None}
+        return {"world": self, **{name: getattr(self, name) for name in self._PARTS}}
+
+    @cached_property
+    def _origin(self) -> dict[str, str]:
+        return {
+            "physics_dt": repr(self.physics_dt),
+            "robot": repr(self._robot),
+            "models": repr(self._models),
+            "scenario": f"{self.scenario.name} {fingerprint(self.scenario)}",
+        }
 
     def _robot_row(self) -> FloatArray:
         if self._robot is None:
@@ -371,41 +313,11 @@ class World:
         return row
 
     def _command_robot(self, velocity: Sequence[float] | FloatArray | None) -> None:
-        if self._robot is None:
-            if velocity is not None:
-                raise ValueError("robot_velocity: expected None, for this world has no robot")
-            return
-        if velocity is None:
-            velocity = (0.0, 0.0)
-        if len(velocity) != 2:
-            raise ValueError(f"robot_velocity: expected 2 numbers, found {len(velocity)}")
-        vx, vy = float(velocity[0]), float(velocity[1])
-        if not (math.isfinite(vx) and math.isfinite(vy)):
-            raise ValueError(f"robot_velocity: expected finite numbers, found ({vx}, {vy})")
-        follow(self._bodies[-1], vx, vy, self._robot.max_acceleration * self.physics_dt)
-
-    def _choose_velocities(self, routes: Routes) -> None:
-        """By the social force, or by the model of those who have another; from one snapshot."""
-        routes.steer(self._bodies, self._desired_speed, self._direction)
-        noise = self._rng.standard_normal((self._count, 2))
-        acceleration = accelerations(
-            *self._felt,
-            self._desired_speed,
-            self._relaxation_time,
-            self._notices_robot,
-            noise,
-            self.physics_dt,
-            self._wall_field.grid,
-            self._wall_field.origin,
-            self._wall_field.cell,
-            self._model,
-        )
-        if self._has_groups:
-            group = self.scenario.pedestrians.group
-            add_group_forces(self._bodies, self._present, self._direction, group, acceleration)
-        if self._mixed is not None:
-            self._mixed.replace(acceleration, *self._felt, noise)
-        accelerate(self._bodies, acceleration, self._max_speed, self.physics_dt)
+        if self._robot is not None:
+            vx, vy = wanted_velocity(velocity)
+            follow(self._bodies[-1], vx, vy, self._robot.max_acceleration * self.physics_dt)
+        elif velocity is not None:
+            raise ValueError("robot_velocity: expected None, for this world has no robot")
 
     def _take(self, moved: FloatArray) -> None:
         self.held_count += keep_outside_walls(
@@ -427,44 +339,3 @@ class World:
             self.robot_wall_clearance = wall_distance - WALL_RADIUS
         self.robot_contact = self.robot_clearance <= CONTACT_GAP
         self.robot_wall_contact = self.robot_wall_clearance <= CONTACT_GAP
-
-
-@njit(cache=True)
-def accelerate(
-    bodies: FloatArray, acceleration: FloatArray, max_speed: FloatArray, dt: float
-) -> None:
-    """Add `acceleration (M, 2)` to the pedestrians' velocities, up to `max_speed (N,)`."""
-    for i in range(len(max_speed)):
-        vx = bodies[i, 2] + acceleration[i, 0] * dt
-        vy = bodies[i, 3] + acceleration[i, 1] * dt
-        speed = math.hypot(vx, vy)
-        scale = max_speed[i] / speed if speed > max_speed[i] else 1.0
-        bodies[i, 2], bodies[i, 3] = vx * scale, vy * scale
-
-
-@njit(cache=True)
-def follow(body: FloatArray, vx: float, vy: float, max_change: float) -> None:
-    """Bring the velocity of a body `(4,)` as near to (vx, vy) as `max_change` [m/s] allows.
-
-    Setting it outright would undo what the contact solver did, and push the body through walls.
-    """
-    dx, dy = vx - body[2], vy - body[3]
-    change = math.hypot(dx, dy)
-    scale = max_change / change if change > max_change else 1.0
-    body[2] += dx * scale
-    body[3] += dy * scale
-
-
-def _checked_dt(physics_dt: float) -> float:
-    if not (math.isfinite(physics_dt) and physics_dt > 0):
-        raise ValueError(f"physics_dt: expected > 0 s, found {physics_dt}")
-    return float(physics_dt)
-
-
-def _refuse_shared_places(bodies: FloatArray) -> None:
-    places, counts = np.unique(bodies[:, :2], axis=0, return_counts=True)
-    if (counts > 1).any():
-        raise ValueError(
-            f"expected everybody to start at a place of their own, found {counts.max()} bodies "
-            f"at {tuple(places[counts.argmax()].tolist())}"
-        )

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
-from crowdsim.world import RobotBody, World
+from crowdsim.world import World
 from envs.config import CrowdNavConfig
 from envs.robots import Robot, RobotState
 from envs.trace import CollisionRole
@@ -112,6 +113,10 @@ class Worlds:
     def touched(self) -> NDArray[np.bool_]:
         """(W,), whether the robot touched anybody or anything during the last period."""
         return self.touched_pedestrian | self.touched_wall
+
+    def running(self, world: int) -> World:
+        """Returns the simulator of one world; read it or fork it, do not step it."""
+        return self._worlds[world]
 
     def restart(self, world: int, scenario: Scenario, rng: np.random.Generator) -> None:
         """Builds one world anew; the others stay as they are."""

@@ -16,7 +16,7 @@ def headed(position, waypoints, **changes):
 
 
 def headings(running):
-    return running._mixed.turning[:, 0]
+    return running._crowd.turning[:, 0]
 
 
 def test_forces_by_hand_of_somebody_who_faces_up():

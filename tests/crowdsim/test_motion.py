@@ -6,8 +6,8 @@ from test_world import CALM, SQUARE, run, scenario, world
 
 from crowdsim.motion import MODEL_NAMES, MotionModel, draw_models
 from crowdsim.pedestrians import Pedestrians
+from crowdsim.robot_body import RobotBody
 from crowdsim.scenarios import make_scenario
-from crowdsim.world import RobotBody
 
 EVERY_MODEL = dict.fromkeys(MODEL_NAMES, 0.25)
 CONSTANT, FORCE = MotionModel.CONSTANT_VELOCITY, MotionModel.SOCIAL_FORCE

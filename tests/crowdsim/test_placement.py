@@ -5,10 +5,11 @@ import pytest
 import shapely
 
 from crowdsim.bodies import WALL_RADIUS
+from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios import SCENARIOS, make_scenario
 from crowdsim.scenarios.placement import SPACING, place
-from crowdsim.world import RobotBody, World
+from crowdsim.world import World
 
 CROWDED = {"circular_crossing": 50, "parallel_traffic": 90, "narrow_doorway": 40}
 SYNTHETIC = [name for name in SCENARIOS if name != "replay"]

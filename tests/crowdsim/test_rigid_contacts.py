@@ -16,9 +16,10 @@ import crowdsim.bodies
 from crowdsim.forces import SocialForce
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
+from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios import make_scenario
-from crowdsim.world import RobotBody, World
+from crowdsim.world import World
 
 LOG = logging.getLogger(__name__)
 ROOM = 2.0  # edge of the rooms that people try to break out of [m]

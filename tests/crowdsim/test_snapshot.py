@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crowdsim.forces import SocialForce
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.recordings import Recording
+from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios import make_scenario
-from crowdsim.world import RobotBody, World
+from crowdsim.world import World
 
 COMMAND = (0.9, 0.4)
 EVERY_MODEL = {
@@ -202,12 +204,42 @@ def copy_of_attributes(part):
     }
 
 
-def test_a_snapshot_of_another_world_is_refused():
+def changed(scenario, **columns):
+    return replace(scenario, pedestrians=replace(scenario.pedestrians, **columns))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda start: packed(7),
+        lambda start: packed(5, EVERY_MODEL),
+        lambda start: replace(start, on_arrival="stop"),
+        lambda start: changed(start, mass=start.pedestrians.mass + 1.0),
+        lambda start: replace(start, map=Map(bounds=start.map.bounds)),
+    ],
+    ids=["people", "models", "arrival", "mass", "map"],
+)
+def test_a_snapshot_of_another_scenario_is_refused(other):
+    start = packed(5)
+    snapshot = world(start).snapshot()
+    running = world(other(start))
+    before = bits(running)
+    with pytest.raises(ValueError, match=r"built from the same scenario \(packed"):
+        running.restore(snapshot)
+    assert bits(running) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("physics_dt", {"physics_dt": 0.025}),
+        ("robot", {"robot": None}),
+        ("robot", {"robot": RobotBody(mass=51.0)}),
+        ("models", {"social_force": SocialForce(whim=0.0)}),
+    ],
+)
+def test_a_snapshot_of_a_world_with_another_setting_is_refused(name, changes):
     snapshot = world(packed(5)).snapshot()
-    with pytest.raises(ValueError, match="_bodies of shape"):
-        world(packed(7)).restore(snapshot)
-    with pytest.raises(ValueError, match="parts"):
-        world(packed(5, EVERY_MODEL)).restore(snapshot)
-    slow = World(packed(5), rng=np.random.default_rng(0), robot=RobotBody(), physics_dt=0.025)
-    with pytest.raises(ValueError, match=r"physics_dt 0\.025, found 0\.05"):
-        slow.restore(snapshot)
+    settings = {"robot": RobotBody(awareness=0.5), **changes}
+    with pytest.raises(ValueError, match=f"built from the same {name}"):
+        World(packed(5), rng=np.random.default_rng(0), **settings).restore(snapshot)

@@ -12,8 +12,9 @@ from crowdsim.forces import SocialForce
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.recordings.recording import Recording
+from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
-from crowdsim.world import RobotBody, World
+from crowdsim.world import World
 
 SQUARE = Map(bounds=(-12.0, -12.0, 12.0, 12.0))
 CALM = SocialForce(whim=0.0)
