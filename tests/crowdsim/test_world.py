@@ -76,9 +76,11 @@ class TestWalking:
 
     def test_speed_grows_as_the_relaxation_time_says(self):
         start = scenario([[-5.0, 0.0]], [[5.0, 0.0]], desired_speed=1.0)
-        still = replace(start.pedestrians, velocity=np.zeros((1, 2)))
+        still = replace(
+            start.pedestrians, velocity=np.zeros((1, 2)), relaxation_time=np.array([0.8])
+        )
         running = world(replace(start, pedestrians=still), social_force=CALM, physics_dt=0.001)
-        run(running, 0.5)
+        run(running, 0.8)
         assert running.velocities[0, 0] == pytest.approx(1 - np.exp(-1), abs=1e-3)
 
     def test_two_who_meet_head_on_pass_without_touching_or_stopping(self):
