@@ -20,10 +20,20 @@ class CrowdNavConfig:
         robot_visible: Whether pedestrians yield to the robot and the forecaster may use it as a
             neighbor. Bodies collide either way.
         robot_awareness: Share of the pedestrians who notice a visible robot, drawn per episode.
-        forecaster: `none`, `constant_velocity`, `iterative_attention` or a checkpoint path.
+        forecaster: `none`, `constant_velocity`, `constant_velocity_map` (stops at walls),
+            `iterative_attention`, the path of a checkpoint, `oracle` (the simulator run ahead under
+            the robot's present command), or `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
         horizon: How far forecasts reach [s]; a whole number of `frame_dt`.
         pedestrians_observed: K, the number of nearest visible pedestrians in the observation.
         sensor_range: How far the robot sees people and walls [m].
+        field_of_view: Full angle around the heading in which the robot sees people [rad].
+        occlusion: Whether walls, buildings and people hide people from the robot.
+        missed_detections: Share of the detections, once per policy step, that are missed.
+        position_noise: Standard deviation of each measured coordinate of a person [m].
+        track_loss_rate: How often the robot takes somebody for somebody new, whose history begins
+            anew [1/s].
+        track_memory: How long the robot goes on reckoning with somebody out of sight, at constant
+            velocity [s].
         lidar_rays: Number of lidar rays over the full circle.
         observe_map: Whether the observation holds the map crop.
         physics_dt: Time of one physics step [s].
@@ -61,6 +71,12 @@ class CrowdNavConfig:
     horizon: float = 4.8
     pedestrians_observed: int = 8
     sensor_range: float = 10.0
+    field_of_view: float = 2.0 * math.pi
+    occlusion: bool = False
+    missed_detections: float = 0.0
+    position_noise: float = 0.0
+    track_loss_rate: float = 0.0
+    track_memory: float = 0.0
     lidar_rays: int = 64
     observe_map: bool = False
     physics_dt: float = 0.05
@@ -83,13 +99,19 @@ class CrowdNavConfig:
     time_weight: float = -0.1
 
     def __post_init__(self) -> None:
-        for name in ("robot_visible", "observe_map"):
+        for name in ("robot_visible", "observe_map", "occlusion"):
             if not isinstance(getattr(self, name), bool):
                 raise ValueError(f"{name} must be true or false, got {getattr(self, name)!r}")
         if self.robot not in get_args(RobotKind):
             raise ValueError(f"robot must be one of {get_args(RobotKind)}, got {self.robot!r}")
-        if not 0.0 <= self.robot_awareness <= 1.0:
-            raise ValueError(f"robot_awareness must be in 0..1, got {self.robot_awareness!r}")
+        for name in ("robot_awareness", "missed_detections"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name} must be in 0..1, got {getattr(self, name)!r}")
+        for name in ("position_noise", "track_loss_rate", "track_memory"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise ValueError(f"{name} must be at least 0, got {getattr(self, name)!r}")
+        if self.field_of_view > 2.0 * math.pi:
+            raise ValueError(f"field_of_view must be at most 2 pi, got {self.field_of_view!r}")
         for name in _POSITIVE:
             _check_positive(name, getattr(self, name))
         if self.time_limit is not None:
@@ -114,6 +136,15 @@ class CrowdNavConfig:
         return round(self.policy_dt / self.physics_dt)
 
     @property
+    def perfect_sensor(self) -> bool:
+        """Whether the robot sees all within its range exactly as it is."""
+        return (
+            self.field_of_view == 2.0 * math.pi
+            and not self.occlusion
+            and self.missed_detections == self.position_noise == self.track_loss_rate == 0.0
+        )
+
+    @property
     def policy_steps_per_frame(self) -> int:
         """Number of environment steps from one frame to the next."""
         return round(self.frame_dt / self.policy_dt)
@@ -122,6 +153,7 @@ class CrowdNavConfig:
 _POSITIVE = (
     "horizon",
     "sensor_range",
+    "field_of_view",
     "physics_dt",
     "policy_dt",
     "frame_dt",

@@ -16,8 +16,9 @@ from crowdsim.map import Map
 from crowdsim.recordings import Picture
 from crowdsim.render import render_map
 from crowdsim.scenario import Scenario
-from crowdsim.scenarios import SCENARIOS, make_scenario
+from crowdsim.scenarios import find_scenario, make_scenario
 from envs.config import CrowdNavConfig
+from envs.forecasters import make_world_forecaster
 from envs.observation import WAYPOINT_DISTANCE, Observation, Observer, Task, map_crops
 from envs.perception import Percept, Perception
 from envs.recorder import Recorder
@@ -27,7 +28,6 @@ from envs.routes import Routes
 from envs.trace import TerminationReason, Trace
 from envs.tracker import Rows
 from envs.worlds import Worlds
-from predictor.forecaster import Forecaster, make_forecaster
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -73,17 +73,15 @@ class Episodes:
         Raises:
             ValueError: An unknown scenario, or a forecaster with other frames than `config`.
         """
-        if config.scenario not in SCENARIOS:
-            known = ", ".join(SCENARIOS)
-            raise ValueError(f"scenario must be one of {known}, got {config.scenario!r}")
+        find_scenario(config.scenario)
         self.config = config
         self.worlds = Worlds(config, count, record=record)
         self.routes = Routes(count)
         self.observer = Observer(config)
         self.scenarios: dict[int, Scenario] = {}
         self._robot = make_robot(config)
-        self._forecaster = _checked_forecaster(config)
-        self._perception = Perception(config, count, self._forecaster)
+        self._forecaster = make_world_forecaster(config)
+        self._perception = Perception(config, count, self._robot, self._forecaster)
         self._recorder = Recorder(config) if record else None
         self._traces: dict[int, Trace] = {}
         self._pictures: dict[int, Picture] = {}
@@ -103,17 +101,19 @@ class Episodes:
         """Starts new episodes in the worlds `rows` (default: all of them).
 
         Args:
-            generators: One per row; each spawns the streams of its episode (scenario, world), so
-                that the next episode of the same generator is another one.
+            generators: One per row; each spawns the streams of its episode (scenario, world,
+                forecaster, sensor), so that the next episode of the same generator is another one.
             rows: Which worlds, without repetition.
 
         Returns:
             Observation of those worlds, every key with R in front.
         """
         started = self._all if rows is None else np.asarray(rows, dtype=np.intp)
-        for world, generator in zip(started.tolist(), generators, strict=True):
+        streams = [
             self._start(world, generator)
-        self._perception.restart(started, self.worlds)
+            for world, generator in zip(started.tolist(), generators, strict=True)
+        ]
+        self._perception.restart(started, self.worlds, streams)
         percept = self._forecast(started)
         observation = self._observe(percept, started)
         self._percepts.update((world, (percept, row)) for row, world in enumerate(started.tolist()))
@@ -164,8 +164,9 @@ class Episodes:
         """Returns the ground of one world as the forecaster sees it."""
         return _picture(self.scenarios[world].map)
 
-    def _start(self, world: int, generator: np.random.Generator) -> None:
-        scenario_rng, world_rng = generator.spawn(2)
+    def _start(self, world: int, generator: np.random.Generator) -> np.random.Generator:
+        """Builds the world of a new episode; returns the randomness of the robot's sensors."""
+        scenario_rng, world_rng, forecast_rng, sensor_rng = generator.spawn(4)
         name, parameters = self.config.scenario, self.config.scenario_parameters
         scenario = make_scenario(name, scenario_rng, **parameters)
         limit = scenario.time_limit if self.config.time_limit is None else self.config.time_limit
@@ -173,6 +174,7 @@ class Episodes:
         self.worlds.restart(world, scenario, world_rng)
         self.routes.restart(world, scenario)
         if self._forecaster is not None:
+            self._forecaster.restart(world, forecast_rng)
             self._pictures[world] = _picture(scenario.map)
         row = np.array([world])
         self._way_left[row] = self.routes.distance(self.worlds.robots.position[row], row)
@@ -182,6 +184,7 @@ class Episodes:
         if self._recorder is not None:
             way = float(self._way_left[world])
             self._recorder.start(world, scenario, world_rng, limit, way)
+        return sensor_rng
 
     def _apply(self, actions: Floats) -> None:
         self._robot.apply(actions, self.worlds.robots)
@@ -281,19 +284,6 @@ class Episodes:
         for world, reason in enumerate(reasons):
             if self._recorder is not None and reason is not None:
                 self._traces[world] = self._recorder.finish(world, self.worlds, reason)
-
-
-def _checked_forecaster(config: CrowdNavConfig) -> Forecaster | None:
-    forecaster = make_forecaster(config.forecaster, horizon=config.horizon)
-    if forecaster is None:
-        return None
-    for name, expected in (("frame_dt", config.frame_dt), ("history_steps", config.history_steps)):
-        if getattr(forecaster, name) != expected:
-            raise ValueError(
-                f"{name} must be {getattr(forecaster, name)} for the forecaster "
-                f"{config.forecaster}, got {expected}"
-            )
-    return forecaster
 
 
 @lru_cache(maxsize=64)

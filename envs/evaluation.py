@@ -24,6 +24,7 @@ from crowdsim.scenarios import make_scenario
 from envs.comparison import EvaluationConfig
 from envs.config import CrowdNavConfig
 from envs.findings import findings
+from envs.forecasters import make_world_forecaster
 from envs.metric_table import METRICS
 from envs.metrics import DELAY_AHEAD, Value, navigation_metrics
 from envs.policies import make_policy
@@ -33,7 +34,6 @@ from envs.trace import Trace
 from envs.twin import run_twin
 from envs.workers import run_tasks
 from predictor.checkpoint import source_revision
-from predictor.forecaster import make_forecaster
 
 Row = dict[str, Value]
 Progress = Callable[[int, int], None]
@@ -216,7 +216,7 @@ def _check_names(config: EvaluationConfig) -> None:
     for arm in config.arms:
         environment = config.environment_of(arm, config.scenarios[0])
         make_policy(arm.policy, environment)
-        make_forecaster(arm.forecaster, horizon=environment.horizon)
+        make_world_forecaster(environment)
 
 
 def _tasks(config: EvaluationConfig) -> list[Task]:

@@ -1,7 +1,7 @@
 """What the robot makes of its surroundings: whom it sees, their tracks, and their forecasts."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from crowdsim.recordings import Picture
 from envs.config import CrowdNavConfig
+from envs.forecasters import Situation, WorldForecaster
+from envs.robots import Robot
+from envs.sensor import Detections, Sensor
+from envs.track_filter import TrackFilter
 from envs.tracker import Observed, Rows, Tracker, nearest
 from envs.worlds import Worlds
-from predictor.forecaster import Forecaster
 
 Floats = NDArray[np.float64]
 
@@ -41,30 +44,52 @@ class Perception:
     """Sees, remembers and forecasts for W robots.
 
     Attributes:
-        visible: (W, N), which pedestrians are there and within the sensor's range.
+        visible: (W, N), whom the robots see or, out of sight, still reckon with.
     """
 
-    def __init__(self, config: CrowdNavConfig, worlds: int, forecaster: Forecaster | None):
+    def __init__(
+        self,
+        config: CrowdNavConfig,
+        worlds: int,
+        robot: Robot,
+        forecaster: WorldForecaster | None,
+    ):
         self._config = config
+        self._robot = robot
         self._forecaster = forecaster
         self.visible = np.zeros((worlds, 1), dtype=np.bool_)
         self._distance = np.zeros((worlds, 1))
+        self._sensor = Sensor(config, worlds)
+        self._filters = config.position_noise > 0.0 or config.track_memory > 0.0
+        self._filter = TrackFilter(
+            worlds, dt=config.policy_dt, noise=config.position_noise, memory=config.track_memory
+        )
         self._people = self._make_tracker(worlds)
         self._robots = self._make_tracker(worlds)
 
-    def restart(self, rows: NDArray[np.intp], worlds: Worlds) -> None:
-        """Forgets the worlds `rows` and sees what is there now."""
+    def restart(
+        self, rows: NDArray[np.intp], worlds: Worlds, generators: Sequence[np.random.Generator]
+    ) -> None:
+        """Forgets the worlds `rows` and sees what is there now.
+
+        Args:
+            rows: (R,) which worlds.
+            worlds: Where they are.
+            generators: R sources of what the sensors get wrong.
+        """
         crowd, robots = worlds.crowd, worlds.robots
-        if crowd.columns > self.visible.shape[1]:
-            self._people.grow(crowd.columns)
-        self._see(worlds)
-        self._people.restart(rows, crowd.position[rows], self.visible[rows], crowd.ids[rows])
+        self._people.grow(crowd.columns)
+        for world, generator in zip(rows.tolist(), generators, strict=True):
+            self._sensor.restart(world, generator)
+        self._filter.restart(rows)
+        found = self._see(rows, worlds)
+        self._people.restart(rows, found.position, found.seen, found.tracks)
         self._robots.restart(rows, robots.position[rows, None], *_one_column(len(rows)))
 
     def update(self, worlds: Worlds) -> None:
         """Sees what is there one policy step later."""
-        self._see(worlds)
-        self._people.update(worlds.crowd.position, self.visible, worlds.crowd.ids)
+        found = self._see(slice(None), worlds)
+        self._people.update(found.position, found.seen, found.tracks)
         self._robots.update(worlds.robots.position[:, None], *_one_column(len(self.visible)))
 
     def look(self, rows: Rows, worlds: Worlds, pictures: Mapping[int, Picture]) -> Percept:
@@ -82,7 +107,7 @@ class Perception:
         history, valid = self._people.history(rows)
         own = observed.take(history, axis=2)
         own_valid = observed.take(valid, axis=2) & observed.valid[:, None]
-        forecast, seconds = self._forecast(rows, observed, history, valid, pictures)
+        forecast, seconds = self._forecast(rows, worlds, observed, history, valid, pictures)
         return Percept(
             observed=observed,
             radius=observed.take(crowd.radius[rows]) * observed.valid,
@@ -95,6 +120,7 @@ class Perception:
     def _forecast(
         self,
         rows: Rows,
+        worlds: Worlds,
         observed: Observed,
         history: Floats,
         valid: NDArray[np.bool_],
@@ -103,38 +129,37 @@ class Perception:
         """Forecasts (R, K, F, 2) for the observed, and the seconds that it took per world."""
         if self._forecaster is None:
             return None, 0.0
-        select = observed.mask(history.shape[2])
-        if self._config.robot_visible:
-            history, valid, select = self._with_robot(rows, history, valid, select)
-        shown = [pictures.get(int(world)) for world in np.arange(len(self.visible))[rows]]
+        indices = np.arange(len(self.visible))[rows]
+        robot_history, robot_valid = self._robots.history(rows)
+        situation = Situation(
+            indices=indices,
+            worlds=worlds,
+            robot=self._robot,
+            history=history,
+            valid=valid,
+            robot_history=robot_history[:, :, 0],
+            robot_valid=robot_valid[:, :, 0] & self._config.robot_visible,
+            select=observed.mask(history.shape[2]),
+            pictures=[pictures.get(world) for world in indices.tolist()],
+        )
         began = time.perf_counter()
-        forecast = self._forecaster.forecast(
-            history,
-            valid,
-            [None if picture is None else picture.image for picture in shown],
-            [None if picture is None else picture.pixel_from_world for picture in shown],
-            select,
-        )  # (R, F, N, 2)
-        seconds = (time.perf_counter() - began) / len(shown)
+        forecast = self._forecaster.forecast(situation)  # (R, F, N, 2)
+        seconds = (time.perf_counter() - began) / len(indices)
         chosen = np.moveaxis(observed.take(forecast, axis=2), 1, 2)
         return chosen * observed.valid[:, :, None, None], seconds
 
-    def _with_robot(
-        self, rows: Rows, history: Floats, valid: NDArray[np.bool_], select: NDArray[np.bool_]
-    ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Appends the robot as one more column: a neighbor, but nobody to forecast."""
-        robot, robot_valid = self._robots.history(rows)
-        nobody = np.zeros((len(select), 1), dtype=np.bool_)
-        return (
-            np.concatenate((history, robot), axis=2),
-            np.concatenate((valid, robot_valid), axis=2),
-            np.concatenate((select, nobody), axis=1),
-        )
-
-    def _see(self, worlds: Worlds) -> None:
-        gap = worlds.crowd.position - worlds.robots.position[:, None]
-        self._distance = np.sqrt(gap[..., 0] ** 2 + gap[..., 1] ** 2)
-        self.visible = worlds.crowd.valid & (self._distance <= self._config.sensor_range)
+    def _see(self, rows: Rows, worlds: Worlds) -> Detections:
+        """Detects and tracks the people of the worlds `rows`."""
+        found = self._sensor.detect(rows, worlds)
+        if self._filters:
+            found = self._filter.update(rows, found)
+        if found.seen.shape[1] > self.visible.shape[1]:
+            more = ((0, 0), (0, found.seen.shape[1] - self.visible.shape[1]))
+            self.visible, self._distance = np.pad(self.visible, more), np.pad(self._distance, more)
+        gap = found.position - worlds.robots.position[rows, None]
+        self._distance[rows] = np.sqrt(gap[..., 0] ** 2 + gap[..., 1] ** 2)
+        self.visible[rows] = found.seen
+        return found
 
     def _make_tracker(self, worlds: int) -> Tracker:
         return Tracker(

@@ -29,7 +29,7 @@ class Tracker:
         self._ids = np.full((worlds, columns), -1, dtype=np.int64)
 
     def grow(self, columns: int) -> None:
-        """Makes room for more columns; the new ones have seen nothing."""
+        """Makes room for so many columns altogether; the new ones have seen nothing."""
         more = columns - self._ids.shape[1]
         self._position = np.pad(self._position, ((0, 0), (0, 0), (0, more), (0, 0)))
         self._seen = np.pad(self._seen, ((0, 0), (0, 0), (0, more)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-import envs.episodes
+import envs.forecasters.choice
 from crowdsim.recordings import Picture, Recording
 from crowdsim.render import render_map
 from envs.crowd_nav import CrowdNav
@@ -37,7 +37,9 @@ class Listening(ConstantVelocityForecaster):
 @pytest.fixture
 def listening(monkeypatch):
     forecaster = Listening()
-    monkeypatch.setattr(envs.episodes, "make_forecaster", lambda spec, horizon: forecaster)
+    monkeypatch.setattr(
+        envs.forecasters.choice, "make_forecaster", lambda spec, horizon: forecaster
+    )
     return forecaster
 
 

@@ -1,0 +1,43 @@
+"""Which forecaster an environment uses, by name."""
+
+from envs.config import CrowdNavConfig
+from envs.forecasters.constant_velocity_map import ConstantVelocityMap
+from envs.forecasters.oracle import NOISY_ORACLE, Blur, NoisyOracle, Oracle
+from envs.forecasters.situation import WorldForecaster
+from envs.forecasters.tracks import TrackForecaster
+from predictor.constant_velocity import ConstantVelocityForecaster
+from predictor.forecaster import Forecaster, make_forecaster
+
+
+def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
+    """Returns the forecaster that `config.forecaster` names, None for `none`.
+
+    Raises:
+        ValueError: An unknown name, a bad value, or a forecaster with other frames than `config`.
+        FileNotFoundError: A checkpoint that is not there.
+    """
+    spec = config.forecaster
+    if spec == "oracle":
+        return Oracle(config)
+    if spec.startswith(f"{NOISY_ORACLE}@"):
+        return NoisyOracle(Oracle(config), Blur.parse(spec), config.frame_dt)
+    if spec == "constant_velocity_map":
+        return ConstantVelocityMap(
+            ConstantVelocityForecaster(
+                forecast_steps=config.forecast_steps,
+                history_steps=config.history_steps,
+                frame_dt=config.frame_dt,
+            )
+        )
+    forecaster = make_forecaster(spec, horizon=config.horizon)
+    return None if forecaster is None else TrackForecaster(_checked(forecaster, config))
+
+
+def _checked(forecaster: Forecaster, config: CrowdNavConfig) -> Forecaster:
+    for name, expected in (("frame_dt", config.frame_dt), ("history_steps", config.history_steps)):
+        if getattr(forecaster, name) != expected:
+            raise ValueError(
+                f"{name} must be {getattr(forecaster, name)} for the forecaster "
+                f"{config.forecaster}, got {expected}"
+            )
+    return forecaster

@@ -1,0 +1,54 @@
+"""What a forecaster of the environment is asked, and what it answers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crowdsim.recordings import Picture
+from envs.robots import Robot
+from envs.worlds import Worlds
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Situation:
+    """R worlds at one moment, world frame, SI units; N pedestrian columns.
+
+    Attributes:
+        indices: (R,) which of the worlds.
+        worlds: The physics. A forecaster that reads more than the ground from it knows what no
+            robot can know.
+        robot: How the robots move on under the command that they have.
+        history: (R, T, N, 2) observed positions, a frame apart, the last one now; 0 where not
+            valid.
+        valid: (R, T, N).
+        robot_history: (R, T, 2) of the robots.
+        robot_valid: (R, T), False altogether where a forecaster must not see them.
+        select: (R, N), whom to forecast.
+        pictures: R pictures of the ground, None where no one needs them.
+    """
+
+    indices: NDArray[np.intp]
+    worlds: Worlds
+    robot: Robot
+    history: Floats
+    valid: Flags
+    robot_history: Floats
+    robot_valid: Flags
+    select: Flags
+    pictures: Sequence[Picture | None]
+
+
+class WorldForecaster(Protocol):
+    """Forecasts the pedestrians of several worlds at once."""
+
+    def restart(self, world: int, rng: np.random.Generator) -> None:
+        """Takes note that an episode begins in one world; `rng` is all its randomness."""
+
+    def forecast(self, situation: Situation) -> Floats:
+        """Returns (R, F, N, 2) positions [m], finite; meaningless for who is not selected."""
