@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from crowdsim.recordings import FRAME_DT, Picture, Recording
-from crowdsim.recordings.recording import SPEED_RANGE
+from crowdsim.recordings.rate import SPEED_RANGE
 from crowdsim.recordings.store import require_no_dataset, write_manifest, write_shard
 from crowdsim.render import render_map
 from crowdsim.scenario import Scenario

@@ -1,6 +1,5 @@
 """Maps from photographs: the picture stays, a mask beside it says what the ground is."""
 
-import csv
 from pathlib import Path
 from typing import Final
 
@@ -10,8 +9,8 @@ from numpy.typing import NDArray
 
 from crowdsim.canvas import project
 from crowdsim.map import Map
-from crowdsim.maps.raster import read_image, trace_surfaces
-from crowdsim.recordings import Picture, find_data, read_scene
+from crowdsim.maps.raster import trace_surfaces
+from crowdsim.recordings import Picture, find_data, read_scene, sdd_mask, sdd_picture
 from crowdsim.recordings.eth_ucy import scene_picture, scene_walkable
 from crowdsim.surfaces import Surface
 
@@ -136,22 +135,7 @@ def sdd_map(folder: Path | str, video: str) -> Map:
         ValueError: A file is damaged, the video has no scale (6 have none), or sizes
             differ.
     """
-    folder = Path(folder)
-    scale = _sdd_scale(folder / "scales.csv", video)
-    classes = read_image(folder / "masks" / f"{video}.png", cv2.IMREAD_UNCHANGED)
-    image = read_image(folder / "images" / f"{video}.jpg", cv2.IMREAD_COLOR)
-    rgb = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), dtype=np.uint8)
-    pixel_from_world = np.diag([1.0 / scale, -1.0 / scale, 1.0])
-    return classified_map(Picture(rgb, pixel_from_world), classes)
-
-
-def _sdd_scale(path: Path, video: str) -> float:
-    """Metres per pixel, measured version A."""
-    with path.open(encoding="utf-8", newline="") as file:
-        scales = {row["video"]: row["metres_per_px_A"] for row in csv.DictReader(file)}
-    if not scales.get(video):
-        raise ValueError(f"{path}: expected metres per pixel of video {video!r}, found none")
-    return float(scales[video])
+    return classified_map(sdd_picture(folder, video), sdd_mask(folder, video))
 
 
 def _check_size(picture: Picture, mask: NDArray[np.generic]) -> None:

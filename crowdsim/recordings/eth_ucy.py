@@ -6,18 +6,18 @@ the data README: `splits/` with the standard leave-one-out files, `scenes/` with
 
 import gzip
 import json
-import os
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, Literal, get_args
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from crowdsim.recordings.recording import FRAME_DT, Picture, Recording, check_rate
+from crowdsim.recordings.data_folder import find_data, read_mask, read_rgb
+from crowdsim.recordings.rate import check_rate
+from crowdsim.recordings.recording import FRAME_DT, Picture, Recording
 
 Part = Literal["train", "val", "test"]
 ETH_UCY_FOLDS: Final = ("eth", "hotel", "univ", "zara1", "zara2")
@@ -36,35 +36,6 @@ PICTURE_FOLDERS: Final = {"crowds_zara03": "crowds_zara02", "students001": "stud
 GROUND_SCENES: Final = ("crowds_zara02", "crowds_zara03")
 """Scenes annotated at the head: `H_ground.txt` moves their tracks to the feet."""
 NO_PICTURE: Final = ("uni_examples",)
-
-
-def find_data(path: Path | str | None = None) -> Path:
-    """Folder `eth_ucy` of the real data.
-
-    Args:
-        path: That folder or the one above it. None looks at `$CROWDNAV_DATA`, then at
-            `../shared/data` beside the working directory and beside this checkout.
-
-    Raises:
-        FileNotFoundError: It is at none of these places; the message names them.
-    """
-    candidates = _data_candidates() if path is None else [Path(path)]
-    for candidate in candidates:
-        for folder in (candidate, candidate / "eth_ucy"):
-            if (folder / "splits" / "loo.json").is_file():
-                return folder
-    looked = ", ".join(str(candidate) for candidate in candidates)
-    raise FileNotFoundError(
-        "expected the ETH/UCY data (a folder eth_ucy with splits/loo.json), "
-        f"found none at {looked}; name it by --data or $CROWDNAV_DATA"
-    )
-
-
-def _data_candidates() -> list[Path]:
-    if "CROWDNAV_DATA" in os.environ:
-        return [Path(os.environ["CROWDNAV_DATA"])]
-    shared = Path("shared") / "data"
-    return [Path("..") / shared, Path(__file__).resolve().parents[3] / shared]
 
 
 def read_eth_ucy(
@@ -202,10 +173,8 @@ def scene_picture(folder: Path, scene: str) -> Picture | None:
     scenes = folder / "scenes"
     matrix = "H_ground.txt" if scene in GROUND_SCENES else "H.txt"
     world_from_pixel = np.loadtxt(scenes / scene / matrix)
-    image = _read_image(scenes / PICTURE_FOLDERS.get(scene, scene) / "background.png")
-    return Picture(
-        cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8), _inverse(world_from_pixel)
-    )
+    image = read_rgb(scenes / PICTURE_FOLDERS.get(scene, scene) / "background.png")
+    return Picture(image, _inverse(world_from_pixel))
 
 
 def scene_walkable(root: Path | str | None, scene: str) -> NDArray[np.bool_] | None:
@@ -220,17 +189,9 @@ def scene_walkable(root: Path | str | None, scene: str) -> NDArray[np.bool_] | N
     if scene in NO_PICTURE:
         return None
     folder = find_data(root) / "scenes" / PICTURE_FOLDERS.get(scene, scene)
-    return np.asarray(_read_image(folder / "walkable.png")[..., 0] > 0)
+    return read_mask(folder / "walkable.png") > 0
 
 
 def _inverse(world_from_pixel: NDArray[np.float64]) -> NDArray[np.float64]:
     inverse = np.linalg.inv(world_from_pixel)
     return np.asarray(inverse / inverse[2, 2], dtype=np.float64)
-
-
-def _read_image(path: Path) -> NDArray[np.uint8]:
-    """(H, W, 3) BGR picture; `imread` answers None for a missing and for a damaged one."""
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise FileNotFoundError(f"expected a readable picture at {path}")
-    return np.asarray(image, dtype=np.uint8)

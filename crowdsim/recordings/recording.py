@@ -9,10 +9,6 @@ from numpy.typing import NDArray
 
 FRAME_DT: Final = 0.4
 """Seconds between two rows of a recording, unless it says otherwise."""
-SPEED_RANGE: Final = (0.1, 3.0)
-"""Mean speeds of a crowd [m/s] that a time step can be believed with."""
-LISTED_SHARE: Final = 0.9
-"""Least share of row distances that must equal the frame step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +149,15 @@ class Recording:
     @property
     def mean_speed(self) -> float:
         """Mean speed [m/s] over all pairs of neighboring frames of one person; NaN without any."""
-        adjacent = np.diff(self.frames) == self.frame_step
-        both = self.valid[1:] & self.valid[:-1] & adjacent[:, None]
-        step = np.linalg.norm(np.diff(self.positions, axis=0), axis=-1)[both]
-        return float(step.mean()) / self.dt if len(step) > 0 else float("nan")
+        lengths = self.step_lengths(self.frame_step)
+        return float(lengths.mean()) / self.dt if len(lengths) > 0 else float("nan")
+
+    def step_lengths(self, frame_step: int) -> NDArray[np.float64]:
+        """(P,) distances [m] between the two positions of a person `frame_step` frames apart."""
+        adjacent = np.diff(self.frames) == frame_step
+        row, person = np.nonzero(self.valid[1:] & self.valid[:-1] & adjacent[:, None])
+        steps = self.positions[row + 1, person] - self.positions[row, person]
+        return np.asarray(np.hypot(steps[:, 0], steps[:, 1]))
 
     def windows(
         self, history_steps: int = 8, forecast_steps: int = 12, stride: int = 1
@@ -188,25 +189,3 @@ class Recording:
         positions[row], valid[row] = self.positions, self.valid
         frames = self.frames[0] + step * np.arange(count, dtype=np.int64)
         return replace(self, positions=positions, valid=valid, frames=frames)
-
-
-def check_rate(recording: Recording) -> None:
-    """Refuse a recording whose `dt` its own frames or speeds contradict.
-
-    Raises:
-        ValueError: Fewer than 9 in 10 rows follow each other by one frame step, or the mean speed
-            over one step is outside 0.1-3 m/s, which no crowd walks.
-    """
-    steps = np.diff(recording.frames)
-    regular = float(np.mean(steps == recording.frame_step)) if len(steps) > 0 else 1.0
-    if regular < LISTED_SHARE:
-        raise ValueError(
-            f"{recording.name}: expected frames {recording.frame_step} apart, "
-            f"found it in only {regular:.0%} of the rows"
-        )
-    speed = recording.mean_speed
-    if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
-        raise ValueError(
-            f"{recording.name}: {recording.frame_step} frames as {recording.dt} s imply a mean "
-            f"speed of {speed:.2f} m/s, expected {SPEED_RANGE[0]}-{SPEED_RANGE[1]} m/s"
-        )

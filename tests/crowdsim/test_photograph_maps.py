@@ -114,5 +114,5 @@ def test_drone_videos_without_mask_or_scale_are_named(data_root, tmp_path):
     with pytest.raises(ValueError, match="metres per pixel of video 'coupa_2', found none"):
         sdd_map(data_root / "sdd", "coupa_2")
     (tmp_path / "scales.csv").write_text("video,metres_per_px_A\nx_0,0.03\n")
-    with pytest.raises(FileNotFoundError, match=r"x_0\.png"):
+    with pytest.raises(FileNotFoundError, match=r"x_0\.jpg"):
         sdd_map(tmp_path, "x_0")
