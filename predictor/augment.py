@@ -13,7 +13,10 @@ from predictor.windows import Windows
 def augmented_batch(
     windows: Windows, rows: NDArray[np.int64], training: TrainConfig, rng: np.random.Generator
 ) -> tuple[AgentInputs, NDArray[np.float32]]:
-    """Inputs with crops, and futures, of some windows: mirrored, scaled, recolored, without map.
+    """Inputs with crops, and futures, of some windows: altered at random.
+
+    They are mirrored, scaled, recolored, without map, or without their first frames. Who stands is
+    seen along a random direction: world +x must not mean anything.
 
     Args:
         windows: All training windows.
@@ -21,12 +24,17 @@ def augmented_batch(
         training: How much of what.
         rng: Source of the draws.
     """
-    inputs, future = windows.batch(rows, _stretch(len(rows), training, rng))
+    count = len(rows)
+    stretch = _stretch(count, training, rng)
+    hidden = _hidden(count, windows.config.history_steps, training, rng)
+    angle = rng.uniform(-np.pi, np.pi, count)
+    undirected = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    inputs, future = windows.batch(rows, stretch, hidden, undirected)
     if inputs.crop is None:
         return inputs, future
-    recolored = rng.random(len(rows)) < training.recolor
+    recolored = rng.random(count) < training.recolor
     inputs.crop[recolored] = recolor(inputs.crop[recolored], rng)
-    shown = rng.random(len(rows)) >= training.hide_map
+    shown = rng.random(count) >= training.hide_map
     return replace(inputs, crop_valid=inputs.crop_valid & shown), future
 
 
@@ -35,6 +43,15 @@ def _stretch(count: int, training: TrainConfig, rng: np.random.Generator) -> NDA
     scale = rng.uniform(1.0 - training.scale, 1.0 + training.scale, count)
     mirrored = training.mirror & (rng.random(count) < 0.5)
     return np.stack([scale, np.where(mirrored, -scale, scale)], axis=1)
+
+
+def _hidden(
+    count: int, history_steps: int, training: TrainConfig, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """(B,) number of first frames that are hidden: mostly 0, at most all but the last one."""
+    frames = rng.integers(1, max(2, history_steps), count)
+    truncated = (rng.random(count) < training.truncate) & (history_steps > 1)
+    return np.where(truncated, frames, 0)
 
 
 def recolor(crop: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:

@@ -13,25 +13,27 @@ from safetensors.torch import load as load_safetensors
 from safetensors.torch import save as save_safetensors
 
 from crowdsim.recordings.store import write_atomic
-from predictor.config import ModelConfig
-from predictor.model import IterativeAttention
+from predictor.networks import Network, build_network, config_from_dict, name_of
 
-FORMAT = "iterative-attention-1"
+FORMAT = "crowdnav-predictor-2"
+OLDER_FORMAT = "iterative-attention-1"
+"""Named no model, as there was one only."""
 
 
-def save_checkpoint(path: Path, model: IterativeAttention, about: dict[str, Any]) -> None:
+def save_checkpoint(path: Path, network: Network, about: dict[str, Any]) -> None:
     """Write `path` (.safetensors) and the JSON beside it, each whole or not at all.
 
     Args:
         path: File to write; its suffix must be `.safetensors`.
-        model: Network to keep.
+        network: What to keep.
         about: JSON-able facts: data, protocol, metrics, the command.
     """
-    weights = save_safetensors({k: v.contiguous() for k, v in model.state_dict().items()})
+    weights = save_safetensors({k: v.contiguous() for k, v in network.state_dict().items()})
     description = {
         "format": FORMAT,
-        "config": asdict(model.config),
-        "parameters": sum(p.numel() for p in model.parameters()),
+        "model": name_of(network.config),
+        "config": asdict(network.config),
+        "parameters": sum(p.numel() for p in network.parameters()),
         "sha256": hashlib.sha256(weights).hexdigest(),
         "revision": source_revision(),
         **about,
@@ -41,7 +43,7 @@ def save_checkpoint(path: Path, model: IterativeAttention, about: dict[str, Any]
     write_atomic(path.with_suffix(".json"), json.dumps(description, indent=1).encode() + b"\n")
 
 
-def load_checkpoint(path: Path) -> tuple[IterativeAttention, dict[str, Any]]:
+def load_checkpoint(path: Path) -> tuple[Network, dict[str, Any]]:
     """Read a checkpoint, ready for use (`eval` mode).
 
     Args:
@@ -63,9 +65,9 @@ def load_checkpoint(path: Path) -> tuple[IterativeAttention, dict[str, Any]]:
             f"{path}: damaged, expected SHA-256 {description['sha256'][:12]}…, found {found[:12]}…"
         )
     with torch.random.fork_rng(devices=[]):
-        model = IterativeAttention(ModelConfig.from_dict(description["config"]))
-    _load_state(model, _read_state(weights, path), path)
-    return model.eval(), description
+        network = build_network(config_from_dict(description["model"], description["config"]))
+    _load_state(network, _read_state(weights, path), path)
+    return network.eval(), description
 
 
 def _read_description(path: Path) -> dict[str, Any]:
@@ -73,12 +75,16 @@ def _read_description(path: Path) -> dict[str, Any]:
         description = json.loads(path.read_text(encoding="utf-8"))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected JSON, found {error}") from error
-    if not isinstance(description, dict) or description.get("format") != FORMAT:
-        raise ValueError(f"{path}: expected the description of a checkpoint of format {FORMAT!r}")
-    if not isinstance(description.get("sha256"), str) or not isinstance(
-        description.get("config"), dict
+    if not isinstance(description, dict) or description.get("format") not in (
+        FORMAT,
+        OLDER_FORMAT,
     ):
-        raise ValueError(f"{path}: expected the keys 'sha256' and 'config'")
+        raise ValueError(f"{path}: expected the description of a checkpoint of format {FORMAT!r}")
+    if description["format"] == OLDER_FORMAT:
+        description["model"] = "iterative_attention"
+    for key, kind in (("model", str), ("sha256", str), ("config", dict)):
+        if not isinstance(description.get(key), kind):
+            raise ValueError(f"{path}: expected the key {key!r} with a {kind.__name__}")
     return description
 
 
@@ -89,8 +95,8 @@ def _read_state(weights: bytes, path: Path) -> dict[str, torch.Tensor]:
         raise ValueError(f"{path}: expected safetensors, found {error}") from error
 
 
-def _load_state(model: IterativeAttention, state: dict[str, torch.Tensor], path: Path) -> None:
-    expected = model.state_dict()
+def _load_state(network: Network, state: dict[str, torch.Tensor], path: Path) -> None:
+    expected = network.state_dict()
     if state.keys() != expected.keys():
         odd = sorted(state.keys() ^ expected.keys())
         raise ValueError(f"{path}: weights and config differ in {odd[:4]}")
@@ -102,7 +108,7 @@ def _load_state(model: IterativeAttention, state: dict[str, torch.Tensor], path:
             )
         if not torch.isfinite(tensor).all():
             raise ValueError(f"{path}: {name} must be finite")
-    model.load_state_dict(state)
+    network.load_state_dict(state)
 
 
 def source_revision() -> str:

@@ -6,7 +6,9 @@ from typing import Any, Literal, Self
 
 Variant = Literal["none", "patch"]
 VARIANTS: tuple[Variant, ...] = ("none", "patch")
+ModelName = Literal["iterative_attention", "history_mlp", "lstm", "social_lstm"]
 ConfigName = Literal["paper", "residual"]
+Device = Literal["auto", "cpu", "cuda", "mps"]
 
 
 def _require(condition: bool, message: str) -> None:
@@ -15,8 +17,8 @@ def _require(condition: bool, message: str) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelConfig:
-    """What the network is and what it sees. The defaults are those of the paper.
+class NetworkConfig:
+    """What every network sees and gives; each adds its own sizes.
 
     Attributes:
         variant: Map features: `none`, or `patch` for linear patches of the rotated crop.
@@ -24,18 +26,9 @@ class ModelConfig:
         forecast_steps: Frames forecast in one pass.
         frame_dt: Time between two frames [s].
         neighbors: Nearest people that the network sees (K).
-        latents: Learned latent vectors (L).
-        width: Size of latents and tokens (C).
-        blocks: Encoder blocks.
-        heads: Attention heads; divides `width`.
-        dropout: Dropout rate in training.
-        time_code: Size of the sinusoidal code of the time step; the rest of `width` is the pose.
         crop_side: Side of the square map crop [m].
         crop_px: Side of the crop in pixels.
-        patch_px: Side of one patch in pixels; divides `crop_px`.
         residual: Goal and path are corrections of constant velocity instead of free positions.
-        path_rows: How the latent rows become a path: `mean` decodes each row and averages (the
-            paper), `flatten` decodes all rows at once.
 
     Raises:
         ValueError: A value is out of range.
@@ -46,33 +39,80 @@ class ModelConfig:
     forecast_steps: int = 12
     frame_dt: float = 0.4
     neighbors: int = 8
+    crop_side: float = 12.0
+    crop_px: int = 64
+    residual: bool = False
+
+    def __post_init__(self) -> None:
+        _require(
+            self.variant in VARIANTS, f"variant must be one of {VARIANTS}, got {self.variant!r}"
+        )
+        self.require_counts("history_steps", "forecast_steps", "neighbors", "crop_px")
+        for name in ("frame_dt", "crop_side"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0.0, f"{name} must be positive, got {value}")
+
+    def require_counts(self, *names: str) -> None:
+        """Raise ValueError where a field of these names is not in 1..4096."""
+        for name in names:
+            value = getattr(self, name)
+            _require(1 <= value <= 4096, f"{name} must be in 1..4096, got {value}")
+
+    def require_no_map(self) -> None:
+        """Raise ValueError where a network that has no map encoder is asked for a map."""
+        _require(
+            self.variant == "none",
+            f"variant must be 'none' for a network that sees no map, got {self.variant!r}",
+        )
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Self:
+        """Build from a plain dict, such as the JSON of a checkpoint.
+
+        Raises:
+            ValueError: A key is unknown or a value is out of range.
+        """
+        known = [field.name for field in fields(cls)]
+        unknown = sorted(set(values) - set(known))
+        _require(not unknown, f"unknown model keys {unknown}; known are {known}")
+        return cls(**values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelConfig(NetworkConfig):
+    """What the iterative-attention network is. The defaults are those of the paper.
+
+    Attributes:
+        latents: Learned latent vectors (L).
+        width: Size of latents and tokens (C).
+        blocks: Encoder blocks.
+        heads: Attention heads; divides `width`.
+        dropout: Dropout rate in training.
+        time_code: Size of the sinusoidal code of the time step; the rest of `width` is the pose.
+        patch_px: Side of one patch in pixels; divides `crop_px`.
+        path_rows: How the latent rows become a path: `mean` decodes each row and averages (the
+            paper), `flatten` decodes all rows at once.
+
+    Raises:
+        ValueError: A value is out of range.
+    """
+
     latents: int = 12
     width: int = 48
     blocks: int = 4
     heads: int = 8
     dropout: float = 0.1
     time_code: int = 16
-    crop_side: float = 12.0
-    crop_px: int = 64
     patch_px: int = 16
-    residual: bool = False
     path_rows: Literal["mean", "flatten"] = "mean"
 
     def __post_init__(self) -> None:
-        _require(
-            self.variant in VARIANTS, f"variant must be one of {VARIANTS}, got {self.variant!r}"
-        )
+        super().__post_init__()
         _require(
             self.path_rows in ("mean", "flatten"),
             f"path_rows must be 'mean' or 'flatten', got {self.path_rows!r}",
         )
-        counts = ("history_steps", "forecast_steps", "neighbors", "latents", "blocks", "crop_px")
-        for name in counts:
-            value = getattr(self, name)
-            _require(1 <= value <= 4096, f"{name} must be in 1..4096, got {value}")
-        for name in ("frame_dt", "crop_side"):
-            value = getattr(self, name)
-            _require(math.isfinite(value) and value > 0.0, f"{name} must be positive, got {value}")
+        self.require_counts("latents", "blocks")
         _require(0.0 <= self.dropout < 1.0, f"dropout must be in [0, 1), got {self.dropout}")
         self._check_divisions()
 
@@ -92,18 +132,6 @@ class ModelConfig:
             f"patch_px must divide crop_px, got {self.patch_px} and {self.crop_px}",
         )
 
-    @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> Self:
-        """Build from a plain dict, such as the JSON of a checkpoint.
-
-        Raises:
-            ValueError: A key is unknown or a value is out of range.
-        """
-        known = [field.name for field in fields(cls)]
-        unknown = sorted(set(values) - set(known))
-        _require(not unknown, f"unknown model keys {unknown}; known are {known}")
-        return cls(**values)
-
 
 @dataclass(frozen=True, kw_only=True)
 class TrainConfig:
@@ -122,9 +150,12 @@ class TrainConfig:
         scale: A window is scaled by a factor drawn from [1 - scale, 1 + scale].
         hide_map: Share of windows whose map is hidden: worlds may have none.
         recolor: Share of windows whose map is shown in other colours (`augment.recolor`).
-        truncate: Share of scenes whose first frames are hidden, so that the model learns to
+        truncate: Share of windows whose first frames are hidden, so that the model learns to
             forecast from 1 to 7 observed frames.
         stride: Frames between two training windows.
+        average: Decay per step of the moving average of the weights that is validated and kept
+            instead of the last ones; 0 keeps the last ones.
+        patience: Stop after so many epochs without a better validation; None never does.
         seed: Seed of initial weights, order of windows and augmentation.
 
     Raises:
@@ -143,6 +174,8 @@ class TrainConfig:
     recolor: float = 0.0
     truncate: float = 0.25
     stride: int = 1
+    average: float = 0.0
+    patience: int | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -160,6 +193,11 @@ class TrainConfig:
         for name in ("hide_map", "recolor", "truncate"):
             value = getattr(self, name)
             _require(0.0 <= value <= 1.0, f"{name} must be in [0, 1], got {value}")
+        _require(0.0 <= self.average < 1.0, f"average must be in [0, 1), got {self.average}")
+        _require(
+            self.patience is None or self.patience >= 1,
+            f"patience must be at least 1 or None, got {self.patience}",
+        )
         _require(self.seed >= 0, f"seed must not be negative, got {self.seed}")
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from predictor.config import ModelConfig
+from predictor.config import NetworkConfig
 
 
 def crop_maps(
@@ -14,7 +14,7 @@ def crop_maps(
     pixel_from_world: Sequence[NDArray[np.float64] | None],
     worlds: NDArray[np.int64],
     world_from_agent: NDArray[np.float64],
-    config: ModelConfig,
+    config: NetworkConfig,
 ) -> NDArray[np.uint8] | None:
     """Cut out of its world's picture what lies around each agent, turned into the agent frame.
 
@@ -40,7 +40,7 @@ def crop_maps(
     return crops
 
 
-def _agent_from_crop(config: ModelConfig) -> NDArray[np.float64]:
+def _agent_from_crop(config: NetworkConfig) -> NDArray[np.float64]:
     """Crop pixel (column, row) to metres in the agent frame; pixel (0, 0) is a pixel's centre."""
     metres = config.crop_side / config.crop_px
     left = 0.5 * metres - 0.25 * config.crop_side

@@ -75,7 +75,8 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
 
     Args:
         spec: `none`, `constant_velocity`, `iterative_attention` (the bundled weights), or the path
-            of a checkpoint (its `.safetensors` file, or a folder with `best.safetensors`).
+            of a checkpoint of any of `predictor.networks.NETWORKS` (its `.safetensors` file, or a
+            folder with `best.safetensors`).
         horizon: How far to forecast [s]; a multiple of 0.4 s.
 
     Returns:
@@ -97,6 +98,6 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
             f"of a checkpoint, got {spec!r}"
         )
     # torch is imported only by who needs a network
-    from predictor.iterative_attention import IterativeAttentionForecaster
+    from predictor.network_forecaster import NetworkForecaster
 
-    return IterativeAttentionForecaster.from_checkpoint(path, forecast_steps=forecast_steps)
+    return NetworkForecaster.from_checkpoint(path, forecast_steps=forecast_steps)

@@ -5,13 +5,13 @@ y to the left. Neighbors and the map crop are seen in it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from predictor.config import ModelConfig
+from predictor.config import NetworkConfig
 from predictor.crops import crop_maps
 
 STANDING_EXTENT = 0.1
@@ -19,6 +19,8 @@ STANDING_EXTENT = 0.1
 
 LEAST_DISPLACEMENT = 0.01
 """A displacement below this has no direction [m]: recordings are rounded to millimetres."""
+
+WORLD_X = np.array([1.0, 0.0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,7 +105,11 @@ def last_step(
     return np.where(known[..., None], step, 0.0), known
 
 
-def agent_direction(history: NDArray[np.float64], valid: NDArray[np.bool_]) -> NDArray[np.float64]:
+def agent_direction(
+    history: NDArray[np.float64],
+    valid: NDArray[np.bool_],
+    undirected: NDArray[np.float64] = WORLD_X,
+) -> NDArray[np.float64]:
     """Unit vector along which each person is taken to look: +x of the agent frame.
 
     Who moves looks along the last displacement. Who stands (or has just stopped dead) looks along
@@ -112,6 +118,7 @@ def agent_direction(history: NDArray[np.float64], valid: NDArray[np.bool_]) -> N
     Args:
         history: (..., T, N, 2) positions [m], seen now.
         valid: (..., T, N) bool.
+        undirected: Unit vector, or one for each of (..., N), to take instead of world +x.
 
     Returns:
         (..., N, 2) unit vectors.
@@ -125,7 +132,7 @@ def agent_direction(history: NDArray[np.float64], valid: NDArray[np.bool_]) -> N
     along = np.where(moves[..., None], step, overall)
     length = np.linalg.norm(along, axis=-1, keepdims=True)
     directed = length >= LEAST_DISPLACEMENT
-    return np.where(directed, along / np.where(directed, length, 1.0), np.array([1.0, 0.0]))
+    return np.where(directed, along / np.where(directed, length, 1.0), undirected)
 
 
 def build_inputs(
@@ -134,7 +141,7 @@ def build_inputs(
     agents: NDArray[np.int64],
     map_image: NDArray[np.uint8] | None,
     pixel_from_world: NDArray[np.float64] | None,
-    config: ModelConfig,
+    config: NetworkConfig,
 ) -> AgentInputs:
     """Build the network's inputs for some people of one world.
 
@@ -163,7 +170,7 @@ def build_inputs_of_worlds(
     agents: NDArray[np.int64],
     map_images: Sequence[NDArray[np.uint8] | None],
     pixel_from_world: Sequence[NDArray[np.float64] | None],
-    config: ModelConfig,
+    config: NetworkConfig,
 ) -> AgentInputs:
     """Build the network's inputs for people of several worlds: `build_inputs` for each, at once.
 
@@ -185,27 +192,59 @@ def build_inputs_of_worlds(
     if not valid[worlds, -1, agents].all():
         raise ValueError("every agent must be seen in the last frame of the history")
     own, own_valid = history[worlds, :, agents], valid[worlds, :, agents]  # (B, T, 2), (B, T)
-    others, others_valid = _nearest(history, valid, worlds, agents, config.neighbors)
-    direction = agent_direction(own[:, :, None], own_valid[:, :, None])[:, 0]  # (B, 2)
-    step, _ = last_step(own[:, :, None], own_valid[:, :, None])  # (B, 1, 2)
+    others, others_valid = nearest(history, valid, worlds, agents, config.neighbors)
     origin = own[:, -1]
-    world_from_agent = _world_from_agent(origin, direction)
-    return AgentInputs(
-        history=_seen_along(own - origin[:, None], direction, own_valid),
-        history_valid=own_valid,
-        neighbors=_seen_along(others - origin[:, None, None], direction, others_valid),
-        neighbors_valid=others_valid,
-        last_step=_seen_along(step, direction, own_valid[:, -1:])[:, 0],
-        crop=crop_maps(map_images, pixel_from_world, worlds, world_from_agent, config),
+    inputs = inputs_around(
+        own - origin[:, None],
+        own_valid,
+        others - origin[:, None, None],
+        others_valid,
+        origin,
+    )
+    return replace(
+        inputs,
+        crop=crop_maps(map_images, pixel_from_world, worlds, inputs.world_from_agent, config),
         crop_valid=np.array(
             [map_images[w] is not None and pixel_from_world[w] is not None for w in worlds],
             dtype=np.bool_,
         ),
-        world_from_agent=world_from_agent,
     )
 
 
-def _nearest(
+def inputs_around(
+    own: NDArray[np.float64],
+    own_valid: NDArray[np.bool_],
+    others: NDArray[np.float64],
+    others_valid: NDArray[np.bool_],
+    origin: NDArray[np.float64],
+    undirected: NDArray[np.float64] = WORLD_X,
+) -> AgentInputs:
+    """Inputs of agents, without crops, from tracks around where the agents are now.
+
+    Args:
+        own: (B, T, 2) positions of the agents along the axes of their worlds, from `origin` [m].
+        own_valid: (B, T) bool, True in the last frame.
+        others: (B, K, T, 2) positions of neighbors, likewise.
+        others_valid: (B, K, T) bool.
+        origin: (B, 2) positions of the agents now, in the frames of their worlds [m].
+        undirected: As `agent_direction`.
+    """
+    direction = agent_direction(own[:, :, None], own_valid[:, :, None], undirected[..., None, :])
+    direction = direction[:, 0]  # (B, 2)
+    step, _ = last_step(own[:, :, None], own_valid[:, :, None])  # (B, 1, 2)
+    return AgentInputs(
+        history=seen_along(own, direction, own_valid),
+        history_valid=own_valid,
+        neighbors=seen_along(others, direction, others_valid),
+        neighbors_valid=others_valid,
+        last_step=seen_along(step, direction, own_valid[:, -1:])[:, 0],
+        crop=None,
+        crop_valid=np.zeros(len(own), dtype=np.bool_),
+        world_from_agent=_world_from_agent(origin, direction),
+    )
+
+
+def nearest(
     history: NDArray[np.float64],
     valid: NDArray[np.bool_],
     worlds: NDArray[np.int64],
@@ -228,10 +267,12 @@ def _nearest(
     return tracks, seen
 
 
-def _seen_along(
+def seen_along(
     offset: NDArray[np.float64], direction: NDArray[np.float64], valid: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
     """Turn (B, ..., 2) world offsets into agent frames that look along (B, 2) directions.
+
+    What is not `valid` (B, ...) becomes 0.
 
     Written element by element: a matrix product would round differently in different batches.
     """

@@ -14,15 +14,7 @@ import torch.nn.functional as F  # noqa: N812
 from torch import Tensor, nn
 
 from predictor.config import ModelConfig
-from predictor.inputs import AgentInputs
-
-
-def tensors(inputs: AgentInputs) -> dict[str, Tensor]:
-    """The arguments of `IterativeAttention.forward` for some agents."""
-    names = ["history", "history_valid", "neighbors", "neighbors_valid", "last_step"]
-    if inputs.crop is not None:
-        names += ["crop", "crop_valid"]
-    return {name: torch.from_numpy(getattr(inputs, name)) for name in names}
+from predictor.tensors import start_path
 
 
 def sinusoidal_code(count: int, size: int) -> Tensor:
@@ -217,10 +209,7 @@ class IterativeAttention(nn.Module):
         self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None
     ) -> tuple[Tensor, Tensor]:
         config, b = self.config, len(latents)
-        ahead = torch.arange(1, config.forecast_steps + 1, device=latents.device)[:, None]
-        start = (
-            last_step[:, None] * ahead if config.residual else torch.zeros_like(last_step)[:, None]
-        )
+        start = start_path(last_step, config)  # (B, F, 2)
         goal = self.goal_decoder(latents.flatten(1)) + start[:, -1]  # (B, 2)
         towards = goal if true_goal is None else true_goal
         if config.path_rows == "flatten":

@@ -2,26 +2,41 @@
 
 import math
 import time
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
-from torch.optim.lr_scheduler import LRScheduler, OneCycleLR, StepLR
 from tqdm import tqdm
 
 from predictor.augment import augmented_batch
 from predictor.checkpoint import save_checkpoint
-from predictor.config import ModelConfig, TrainConfig
+from predictor.config import Device, NetworkConfig, TrainConfig
 from predictor.datasets import describe, read_training
 from predictor.inputs import AgentInputs
-from predictor.metrics import ade, displacement_errors, fde
-from predictor.model import IterativeAttention, loss, tensors
-from predictor.windows import Windows, extract_windows
+from predictor.model import loss
+from predictor.networks import Network, build_network, name_of
+from predictor.optimization import Optimization
+from predictor.scalars import scalar_writer
+from predictor.tensors import tensors
+from predictor.training_state import (
+    FILE,
+    Place,
+    batch_generator,
+    epoch_order,
+    load_state,
+    save_state,
+)
+from predictor.validation import evaluate_constant_velocity, evaluate_windows
+from predictor.window_cache import cached_windows
+from predictor.windows import Windows
+
+SCALAR_STEPS: Final = 20
+"""Batches between two points of the training's scalars."""
+CPU: Final = torch.device("cpu")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,32 +64,44 @@ def train(
     *,
     data: str,
     out: Path,
-    model: ModelConfig,
+    model: NetworkConfig,
     training: TrainConfig,
+    resume: bool = False,
+    device: Device = "auto",
+    cache: Path | None = None,
+    tensorboard: bool = False,
+    save_seconds: float = 60.0,
     command: str = "",
     progress: bool = True,
 ) -> TrainResult:
     """Train a network and write `best` and `last` (`.safetensors` and `.json`) into a folder.
+
+    Killed at any moment and called again with `resume`, it ends with the same weights, on a CPU
+    bit for bit.
 
     Args:
         data: As `predictor.datasets.read_training`.
         out: Folder to write to.
         model: What the network is.
         training: How it is trained.
+        resume: Go on where the training of `out` was killed; begin where there is none.
+        device: Where to train; `auto` takes a GPU if there is one.
+        cache: Folder of the cut windows, shared by runs; None takes `windows` beside `out`.
+        tensorboard: Write scalars into `out/tensorboard`.
+        save_seconds: Time between two states to resume from, besides one after each epoch [s].
         command: The command line, to be kept in the checkpoint.
         progress: Show a progress bar with the time left.
 
     Raises:
         FileNotFoundError: The data is not there.
-        ValueError: The data is unfit (no windows, another `dt`, a single recording).
+        ValueError: The data is unfit (no windows, another `dt`, a single recording), `out` holds
+            the state of another training, or TensorBoard is not installed.
         FloatingPointError: The loss is no longer finite.
     """
-    rng = np.random.default_rng(training.seed)
     train_recordings, validation_recordings = read_training(data)
-    windows = extract_windows(
-        train_recordings, model, stride=training.stride, truncate=training.truncate, rng=rng
-    )
-    validation = extract_windows(validation_recordings, model, stride=training.stride)
+    folder = out.parent / "windows" if cache is None else cache
+    windows = cached_windows(folder, train_recordings, model, stride=training.stride)
+    validation = cached_windows(folder, validation_recordings, model, stride=training.stride)
     about = {
         "command": command,
         "training": asdict(training),
@@ -91,123 +118,132 @@ def train(
     }
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(training.seed)
-        network = IterativeAttention(model)
-        return fit(
-            network, windows, validation, training, out=out, rng=rng, about=about, progress=progress
-        )
+        network = build_network(model)
+    return fit(
+        network,
+        windows,
+        validation,
+        training,
+        out=out,
+        about=about,
+        resume=resume,
+        device=chosen_device(device),
+        tensorboard=tensorboard,
+        save_seconds=save_seconds,
+        progress=progress,
+    )
+
+
+def chosen_device(device: Device) -> torch.device:
+    """The device meant by `auto`: a GPU if there is one.
+
+    Raises:
+        ValueError: The device is not there.
+    """
+    there = {"cpu": True, "cuda": torch.cuda.is_available(), "mps": torch.mps.is_available()}
+    if device == "auto":
+        return torch.device(next(name for name in ("cuda", "mps", "cpu") if there[name]))
+    if not there[device]:
+        raise ValueError(f"expected the device {device}, found none on this machine")
+    return torch.device(device)
 
 
 def fit(
-    network: IterativeAttention,
+    network: Network,
     windows: Windows,
     validation: Windows,
     training: TrainConfig,
     *,
     out: Path,
-    rng: np.random.Generator,
     about: dict[str, Any],
+    resume: bool = False,
+    device: torch.device = CPU,
+    tensorboard: bool = False,
+    save_seconds: float = 60.0,
     progress: bool = True,
 ) -> TrainResult:
     """The epoch loop of `train`: from windows to checkpoints.
 
     Raises:
+        ValueError: `out` holds the state of another training, or TensorBoard is not installed.
         FloatingPointError: The loss is no longer finite.
     """
-    steps = math.ceil(len(windows) / training.batch_size)
-    optimizer, scheduler = _optimizer(network, training, steps)
+    batches = math.ceil(len(windows) / training.batch_size)
+    run = Optimization(network.to(device), training, batches)
+    identity = _identity(network, windows, validation, training)
+    place = Place()
+    if resume and (out / FILE).exists():
+        place, state = load_state(out / FILE, identity)
+        run.load(state)
     baseline = evaluate_constant_velocity(validation)
-    best, best_epoch = {"ade": math.inf, "fde": math.inf}, 0
-    bar = tqdm(total=training.epochs * steps, unit="batch", disable=not progress)
-    started = time.perf_counter()
-    for epoch in range(1, training.epochs + 1):
-        network.train()
-        for rows in _batches(len(windows), training.batch_size, rng):
-            inputs, future = augmented_batch(windows, rows, training, rng)
-            objective = _objective(network, inputs, future, true_goal=training.true_goal)
-            _require_finite(objective, epoch)
-            optimizer.zero_grad()
-            objective.backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(network.parameters(), training.gradient_clip)
-            optimizer.step()
-            scheduler.step()
-            bar.update()
-        scores = evaluate_windows(network, validation)
-        metrics = {"epoch": epoch, "validation": scores, "constant_velocity": baseline}
-        save_checkpoint(out / "last.safetensors", network, {**about, "metrics": metrics})
-        if _score(scores) < _score(best):
-            best, best_epoch = scores, epoch
-            save_checkpoint(out / "best.safetensors", network, {**about, "metrics": metrics})
-        bar.set_postfix(epoch=epoch, ade=f"{scores['ade']:.3f}", fde=f"{scores['fde']:.3f}")
-    bar.close()
+    first, started, saved = place.step(batches), time.perf_counter(), time.monotonic()
+    with (
+        torch.random.fork_rng(devices=[]),
+        scalar_writer(out / "tensorboard" if tensorboard else None, first) as write,
+        tqdm(
+            total=training.epochs * batches, initial=first, unit="batch", disable=not progress
+        ) as bar,
+    ):
+        while not place.is_over(training.epochs, training.patience):
+            order = epoch_order(len(windows), training.seed, place.epoch)
+            network.train()
+            while place.batch < batches:
+                rng = batch_generator(training.seed, place.epoch, place.batch)
+                rows = order[place.batch * training.batch_size :][: training.batch_size]
+                inputs, future = augmented_batch(windows, rows, training, rng)
+                objective = _objective(network, inputs, future, training, device)
+                norm = run.update(objective, f"epoch {place.epoch}, batch {place.batch + 1}")
+                place.batch += 1
+                bar.update()
+                if place.step(batches) % SCALAR_STEPS == 0:
+                    write(place.step(batches), run.scalars(objective.item(), norm))
+                if time.monotonic() - saved >= save_seconds:
+                    save_state(out / FILE, place, identity, run.state())
+                    saved = time.monotonic()
+            scores = evaluate_windows(run.kept, validation, device)
+            metrics = {"epoch": place.epoch, "validation": scores, "constant_velocity": baseline}
+            described = {**about, "metrics": metrics}
+            save_checkpoint(out / "last.safetensors", run.kept, described)
+            if place.finish_epoch(scores):
+                save_checkpoint(out / "best.safetensors", run.kept, described)
+            save_state(out / FILE, place, identity, run.state())
+            write(place.step(batches), {f"validation/{key}": scores[key] for key in scores})
+            bar.set_postfix(
+                epoch=place.epoch - 1, ade=f"{scores['ade']:.3f}", fde=f"{scores['fde']:.3f}"
+            )
     return TrainResult(
         checkpoint=out / "best.safetensors",
-        best_epoch=best_epoch,
-        validation=best,
+        best_epoch=place.best_epoch,
+        validation=place.best,
         constant_velocity=baseline,
         windows=len(windows),
-        windows_per_s=training.epochs * len(windows) / (time.perf_counter() - started),
+        windows_per_s=(place.step(batches) - first)
+        * len(windows)
+        / batches
+        / (time.perf_counter() - started),
     )
 
 
+def _identity(
+    network: Network, windows: Windows, validation: Windows, training: TrainConfig
+) -> dict[str, Any]:
+    """What a state must agree in to be gone on with."""
+    return {
+        "model": {"name": name_of(network.config), **asdict(network.config)},
+        "training": asdict(training),
+        "windows": len(windows),
+        "validation_windows": len(validation),
+    }
+
+
 def _objective(
-    network: IterativeAttention,
+    network: Network,
     inputs: AgentInputs,
     future: NDArray[np.float32],
-    *,
-    true_goal: bool,
+    training: TrainConfig,
+    device: torch.device,
 ) -> Tensor:
-    true_path = torch.from_numpy(future)
-    goal, path = network(**tensors(inputs), true_goal=true_path[:, -1] if true_goal else None)
+    true_path = torch.from_numpy(future).to(device)
+    given = {"true_goal": true_path[:, -1]} if training.true_goal else {}
+    goal, path = network(**tensors(inputs, device), **given)
     return loss(goal, path, true_path)
-
-
-def _require_finite(objective: Tensor, epoch: int) -> None:
-    if not torch.isfinite(objective):
-        raise FloatingPointError(
-            f"expected a finite loss, found {objective.item()} in epoch {epoch}: "
-            "lower learning_rate or gradient_clip"
-        )
-
-
-def _score(scores: dict[str, float]) -> float:
-    """What the best epoch is chosen by: the loss of the paper."""
-    return scores["ade"] + 0.5 * scores["fde"]
-
-
-def _optimizer(
-    network: IterativeAttention, training: TrainConfig, steps: int
-) -> tuple[torch.optim.Optimizer, LRScheduler]:
-    """Optimizer, and the schedule that is stepped after each of the `steps` batches of an epoch."""
-    rate = training.learning_rate
-    if training.schedule == "step":
-        adam = torch.optim.Adam(network.parameters(), lr=rate, fused=True)
-        return adam, StepLR(adam, step_size=30 * steps, gamma=0.2)
-    adamw = torch.optim.AdamW(network.parameters(), lr=rate, fused=True)
-    return adamw, OneCycleLR(adamw, max_lr=rate, total_steps=training.epochs * steps)
-
-
-def _batches(count: int, size: int, rng: np.random.Generator) -> Iterator[NDArray[np.int64]]:
-    order = rng.permutation(count)
-    for start in range(0, count, size):
-        yield order[start : start + size]
-
-
-def evaluate_windows(network: IterativeAttention, windows: Windows) -> dict[str, float]:
-    """`ade` and `fde` [m] of a network on windows, with the goals that it predicts."""
-    network.eval()
-    errors = []
-    with torch.inference_mode():
-        for rows in np.array_split(np.arange(len(windows)), math.ceil(len(windows) / 256)):
-            inputs, future = windows.batch(rows)
-            _, path = network(**tensors(inputs))
-            errors.append(displacement_errors(path.numpy(), future))
-    joined = np.concatenate(errors)
-    return {"ade": ade(joined), "fde": fde(joined)}
-
-
-def evaluate_constant_velocity(windows: Windows) -> dict[str, float]:
-    """`ade` and `fde` [m] of constant velocity on the same windows."""
-    ahead = np.arange(1, windows.config.forecast_steps + 1, dtype=np.float32)[:, None]
-    path = windows.inputs.last_step[:, None] * ahead
-    errors = displacement_errors(path, windows.future)
-    return {"ade": ade(errors), "fde": fde(errors)}

@@ -1,16 +1,58 @@
-"""Training windows: extracted once into arrays, augmented and given their map crops in batches."""
+"""Training windows: cut once into arrays, augmented and given their map crops in batches.
 
-from collections.abc import Iterable
+A window keeps the tracks as they are in their world. What is random (which frames are hidden, along
+what who stands is seen) is drawn for a batch, so that all runs and seeds share the same windows, in
+memory or in the memory-mapped files of `predictor.window_cache`.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings import Recording
-from predictor.config import ModelConfig
+from predictor.config import NetworkConfig
 from predictor.crops import crop_maps
-from predictor.inputs import AgentInputs, build_inputs
+from predictor.inputs import AgentInputs, inputs_around, nearest, seen_along
 from predictor.scenes import Scene, scenes
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tracks:
+    """Tracks of M windows, along the axes of their worlds, from where the agent is now [m].
+
+    In double precision, so that training sees bit for bit what serving sees.
+
+    Attributes:
+        own: (M, T, 2) float64 history of the agent.
+        own_valid: (M, T) bool.
+        others: (M, K, T, 2) float64 histories of the nearest people, nearest first.
+        others_valid: (M, K, T) bool.
+        future: (M, F, 2) float64 true later positions of the agent.
+        origin: (M, 2) float64 where the agent is now, in the frame of its world.
+        recording: (M,) int64 number of the recording that a window was cut from.
+    """
+
+    own: NDArray[np.float64]
+    own_valid: NDArray[np.bool_]
+    others: NDArray[np.float64]
+    others_valid: NDArray[np.bool_]
+    future: NDArray[np.float64]
+    origin: NDArray[np.float64]
+    recording: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.own)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """The arrays by their names."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def take(self, rows: NDArray[np.int64]) -> Self:
+        """The tracks of some of the windows, in memory."""
+        return type(self)(**{name: np.array(array[rows]) for name, array in self.arrays().items()})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -18,45 +60,70 @@ class Windows:
     """M training windows, one for each agent of each scene.
 
     Attributes:
-        inputs: Inputs of the M agents, still without crops.
-        future: (M, F, 2) float32 true later positions in the agent frame [m].
-        recording: (M,) number of the recording that a window was cut from.
+        tracks: Who walked how.
         images: Picture of each recording, or None.
         homographies: Homography of each recording, or None.
         config: What the network sees.
     """
 
-    inputs: AgentInputs
-    future: NDArray[np.float32]
-    recording: NDArray[np.int64]
+    tracks: Tracks
     images: list[NDArray[np.uint8] | None]
     homographies: list[NDArray[np.float64] | None]
-    config: ModelConfig
+    config: NetworkConfig
 
     def __len__(self) -> int:
-        return len(self.future)
+        return len(self.tracks)
 
     def batch(
-        self, rows: NDArray[np.int64], stretch: NDArray[np.float64] | None = None
+        self,
+        rows: NDArray[np.int64],
+        stretch: NDArray[np.float64] | None = None,
+        hidden: NDArray[np.int64] | None = None,
+        undirected: NDArray[np.float64] | None = None,
     ) -> tuple[AgentInputs, NDArray[np.float32]]:
-        """Inputs with crops, and futures, of some windows.
+        """Inputs with crops, and futures (B, F, 2) in the agent frame, of some windows.
 
         Args:
             rows: (B,) which windows.
             stretch: (B, 2) factors on x and y of the agent frame, crop included: -1 on y mirrors,
                 equal ones scale. None leaves all as it was.
+            hidden: (B,) how many of the first frames are hidden from everyone; None hides none.
+            undirected: (B, 2) unit vectors along which who stands is seen; None takes world +x.
         """
-        inputs, future = self.inputs.take(rows), self.future[rows]
+        tracks = self.tracks.take(rows)
+        if hidden is not None:
+            tracks = _without_first(tracks, hidden)
+        inputs = inputs_around(
+            tracks.own,
+            tracks.own_valid,
+            tracks.others,
+            tracks.others_valid,
+            tracks.origin,
+            *([] if undirected is None else [undirected]),
+        )
+        direction = inputs.world_from_agent[:, :2, 0]
+        known = np.ones(tracks.future.shape[:2], dtype=np.bool_)
+        future = seen_along(tracks.future, direction, known)
         if stretch is not None:
             inputs, future = _stretched(inputs, stretch), future * _over(future, stretch)
+        return self._with_map(inputs, tracks.recording), future
+
+    def _with_map(self, inputs: AgentInputs, recording: NDArray[np.int64]) -> AgentInputs:
+        pictured = np.array([image is not None for image in self.images])
         crop = crop_maps(
-            self.images,
-            self.homographies,
-            self.recording[rows],
-            inputs.world_from_agent,
-            self.config,
+            self.images, self.homographies, recording, inputs.world_from_agent, self.config
         )
-        return replace(inputs, crop=crop), future
+        return replace(inputs, crop=crop, crop_valid=pictured[recording])
+
+
+def _without_first(tracks: Tracks, hidden: NDArray[np.int64]) -> Tracks:
+    """Tracks of which the first (B,) frames are not valid."""
+    shown = np.arange(tracks.own.shape[1]) >= hidden[:, None]  # (B, T)
+    return replace(
+        tracks,
+        own_valid=tracks.own_valid & shown,
+        others_valid=tracks.others_valid & shown[:, None],
+    )
 
 
 def _over(points: NDArray[np.float32], stretch: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -77,29 +144,50 @@ def _stretched(inputs: AgentInputs, stretch: NDArray[np.float64]) -> AgentInputs
 
 
 def extract_windows(
-    recordings: list[Recording],
-    config: ModelConfig,
-    *,
-    stride: int = 1,
-    truncate: float = 0.0,
-    rng: np.random.Generator | None = None,
+    recordings: list[Recording], config: NetworkConfig, *, stride: int = 1
 ) -> Windows:
-    """Cut recordings into windows and build the inputs of every agent.
+    """Cut recordings into windows, in memory.
 
     Args:
         recordings: Crowds, `config.frame_dt` apart.
         config: What the network sees.
         stride: Frames between the beginnings of two windows.
-        truncate: Share of scenes whose first 1 to T-1 frames are hidden from everyone.
-        rng: Draws what is hidden, and turns each scene by a random angle: who stands is seen along
-            world +x, which must not mean anything. None (validation, tests): neither.
 
     Raises:
         ValueError: There is no window, or a recording has another `dt`.
     """
-    parts: list[tuple[AgentInputs, NDArray[np.float32], int]] = []
-    # crops are cut batch by batch: kept, they would take 12 kB a window
-    blind = replace(config, variant="none")
+    parts = list(cut(recordings, config, stride))
+    if not parts:
+        raise ValueError(nobody_stays(config))
+    joined = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Tracks)
+    }
+    return on_maps(Tracks(**joined), recordings, config)
+
+
+def on_maps(tracks: Tracks, recordings: list[Recording], config: NetworkConfig) -> Windows:
+    """Windows with the pictures of the recordings that they were cut from."""
+    return Windows(
+        tracks=tracks,
+        images=[recording.map_image for recording in recordings],
+        homographies=[recording.pixel_from_world for recording in recordings],
+        config=config,
+    )
+
+
+def nobody_stays(config: NetworkConfig) -> str:
+    """What to say where there is no window."""
+    steps = config.history_steps + config.forecast_steps
+    return f"expected people who stay for {steps} frames, found none in the data"
+
+
+def cut(recordings: list[Recording], config: NetworkConfig, stride: int) -> Iterator[Tracks]:
+    """Tracks of the windows of one scene after the other.
+
+    Raises:
+        ValueError: A recording has another `dt`.
+    """
     for number, recording in enumerate(recordings):
         for scene in scenes(
             recording,
@@ -108,56 +196,21 @@ def extract_windows(
             frame_dt=config.frame_dt,
             stride=stride,
         ):
-            parts.append((*_scene_windows(scene, blind, truncate, rng), number))
-    if not parts:
-        steps = config.history_steps + config.forecast_steps
-        raise ValueError(f"expected people who stay for {steps} frames, found none in the data")
-    return Windows(
-        inputs=_joined(part[0] for part in parts),
-        future=np.concatenate([part[1] for part in parts]),
-        recording=np.repeat([part[2] for part in parts], [len(part[1]) for part in parts]),
-        images=[recording.map_image for recording in recordings],
-        homographies=[recording.pixel_from_world for recording in recordings],
-        config=config,
+            yield _tracks(scene, number, config.neighbors)
+
+
+def _tracks(scene: Scene, number: int, neighbors: int) -> Tracks:
+    worlds = np.zeros(len(scene.agents), dtype=np.int64)
+    history, valid = scene.history[None], scene.valid[None]
+    others, others_valid = nearest(history, valid, worlds, scene.agents, neighbors)
+    own, own_valid = scene.history[:, scene.agents], scene.valid[:, scene.agents]
+    origin = own[-1]  # (A, 2)
+    return Tracks(
+        own=(own - origin).swapaxes(0, 1),
+        own_valid=np.ascontiguousarray(own_valid.T),
+        others=np.where(others_valid[..., None], others - origin[:, None, None], 0.0),
+        others_valid=others_valid,
+        future=(scene.future - origin).swapaxes(0, 1),
+        origin=origin,
+        recording=np.full(len(origin), number, dtype=np.int64),
     )
-
-
-def _scene_windows(
-    scene: Scene, config: ModelConfig, truncate: float, rng: np.random.Generator | None
-) -> tuple[AgentInputs, NDArray[np.float32]]:
-    """Inputs and futures of the agents of one scene, in the frames of that scene's world."""
-    valid, turn = scene.valid, np.eye(3)
-    if rng is not None:
-        turn = _rotation(rng.uniform(-np.pi, np.pi))
-        if rng.random() < truncate:
-            valid = valid.copy()
-            valid[: rng.integers(1, config.history_steps)] = False
-    picture = scene.recording.map_image, scene.recording.pixel_from_world
-    history = scene.history @ turn[:2, :2].T
-    inputs = build_inputs(history, valid, scene.agents, *picture, config)
-    world_from_agent = turn.T @ inputs.world_from_agent
-    future = _to_agent(scene.future.swapaxes(0, 1), world_from_agent)
-    return replace(inputs, world_from_agent=world_from_agent), future
-
-
-def _rotation(angle: float) -> NDArray[np.float64]:
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _to_agent(
-    points: NDArray[np.float64], world_from_agent: NDArray[np.float64]
-) -> NDArray[np.float32]:
-    """Take (A, F, 2) world points into the agents' frames."""
-    axes, origin = world_from_agent[:, :2, :2], world_from_agent[:, None, :2, 2]
-    return np.asarray((points - origin) @ axes, dtype=np.float32)
-
-
-def _joined(parts: Iterable[AgentInputs]) -> AgentInputs:
-    every = list(parts)
-    arrays = {
-        field.name: np.concatenate([getattr(part, field.name) for part in every])
-        for field in fields(AgentInputs)
-        if field.name != "crop"
-    }
-    return AgentInputs(crop=None, **arrays)

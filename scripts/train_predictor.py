@@ -1,44 +1,72 @@
-"""`crowdnav train-predictor`: train the iterative-attention predictor."""
+"""`crowdnav train-predictor`: train the predictor or one of its baselines."""
 
 import shlex
 from pathlib import Path
 
 from jsonargparse.typing import NonNegativeInt, PositiveInt
 
-from predictor.config import ConfigName, Variant
+from predictor.config import ConfigName, Device, ModelName, Variant
 from scripts.output import require_folder
 
 
 def train_predictor(
     data: str = "runs/dataset",
+    model: ModelName = "iterative_attention",
     variant: Variant = "none",
     config_name: ConfigName = "residual",
     epochs: PositiveInt | None = None,
+    patience: PositiveInt | None = None,
     out: Path = Path("runs/predictor"),
+    resume: bool = False,
+    device: Device = "auto",
+    cache: Path | None = None,
+    tensorboard: bool = False,
     seed: NonNegativeInt = 0,
 ) -> None:
-    """Train the predictor and keep the epoch that is best on validation.
+    """Train a predictor and keep the epoch that is best on validation.
 
     The folder, with `best` and `last` as safetensors and JSON, is a `--forecaster` of the other
-    commands.
+    commands. Killed at any moment, the same command with `--resume true` ends with the same
+    weights.
 
     Args:
         data: Folder written by `crowdnav generate`, or `eth_ucy:FOLD`, or `FOLDER:FOLD` where
             FOLDER holds the ETH/UCY data and FOLD is eth, hotel, univ, zara1 or zara2.
+        model: The iterative-attention network or a baseline.
         variant: What the network sees of the map: nothing, or patches of the picture.
         config_name: Model and training of the paper, or corrections of constant velocity.
         epochs: Passes over the data, instead of the configuration's own number.
+        patience: Stop after so many epochs that were no better on validation.
         out: Folder of the checkpoints.
+        resume: Go on where the training of this folder was killed.
+        device: Where to train; `auto` takes a GPU if there is one.
+        cache: Folder of the cut windows, shared by runs; `windows` beside `out` if not given.
+        tensorboard: Write scalars into `tensorboard` in the folder.
         seed: Seed of the initial weights, the order of windows and their augmentation.
     """
     require_folder(out)
-    from predictor.config import named_configuration
+    from dataclasses import replace
+
+    from predictor.networks import configuration
     from predictor.train import train
 
-    model, training = named_configuration(config_name, variant=variant, seed=seed, epochs=epochs)
-    words = ["crowdnav", "train-predictor", "--data", data, "--variant", variant, "--config_name"]
-    words += [config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
-    found = train(data=data, out=out, model=model, training=training, command=shlex.join(words))
+    network, training = configuration(model, config_name, variant=variant, seed=seed, epochs=epochs)
+    words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
+    words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
+    if patience is not None:
+        training = replace(training, patience=patience)
+        words += ["--patience", str(patience)]
+    found = train(
+        data=data,
+        out=out,
+        model=network,
+        training=training,
+        resume=resume,
+        device=device,
+        cache=cache,
+        tensorboard=tensorboard,
+        command=shlex.join(words),
+    )
     mine, baseline = found.validation, found.constant_velocity
     print(
         f"Epoch {found.best_epoch} of {training.epochs} is best on validation: ADE/FDE "

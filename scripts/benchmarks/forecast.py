@@ -6,8 +6,8 @@ import numpy as np
 import torch
 
 from predictor.config import VARIANTS, ModelConfig, Variant
-from predictor.iterative_attention import IterativeAttentionForecaster
 from predictor.model import IterativeAttention
+from predictor.network_forecaster import NetworkForecaster
 from scripts.benchmarks.timing import seconds_per_call
 
 AGENTS: Final = (1, 10, 50, 200)
@@ -30,7 +30,7 @@ def forecast(seed: int) -> list[dict[str, Any]]:
 
 def _measure(variant: Variant, agents: int, seed: int) -> dict[str, Any]:
     torch.manual_seed(seed)
-    forecaster = IterativeAttentionForecaster(
+    forecaster = NetworkForecaster(
         IterativeAttention(ModelConfig(variant=variant, neighbors=NEIGHBORS))
     )
     rng = np.random.default_rng(seed)

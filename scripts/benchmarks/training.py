@@ -44,7 +44,7 @@ def _measure(variant: Variant, seed: int) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
             network = IterativeAttention(model)
             keywords: dict[str, Any] = {"out": Path(folder), "about": {}, "progress": False}
-            return fit(network, data, validation, options, rng=rng, **keywords).windows_per_s
+            return fit(network, data, validation, options, **keywords).windows_per_s
 
     epoch(validation)  # not counted: what happens only once
     rate = statistics.median(epoch(windows) for _ in range(REPEATS))

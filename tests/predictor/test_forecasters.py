@@ -13,7 +13,7 @@ from predictor.config import Variant
 from predictor.constant_velocity import ConstantVelocityForecaster
 from predictor.evaluate import forecast_scenes
 from predictor.forecaster import Forecaster, make_forecaster
-from predictor.iterative_attention import IterativeAttentionForecaster
+from predictor.network_forecaster import NetworkForecaster
 from predictor.scenes import Scene, scenes
 
 
@@ -22,8 +22,8 @@ def scene_of(recording: Recording) -> Scene:
 
 
 @pytest.fixture
-def forecaster(variant: Variant) -> IterativeAttentionForecaster:
-    return IterativeAttentionForecaster(network(variant))
+def forecaster(variant: Variant) -> NetworkForecaster:
+    return NetworkForecaster(network(variant))
 
 
 def forecast(forecaster: Forecaster, recording: Recording, **changes: np.ndarray) -> np.ndarray:
@@ -125,7 +125,7 @@ def test_a_lone_person_without_map_gets_a_forecast(forecaster: Forecaster) -> No
 def test_empty_scene_gives_an_empty_forecast(variant: Variant, horizon: float) -> None:
     steps = round(horizon / 0.4)
     for forecaster in (
-        IterativeAttentionForecaster(network(variant), forecast_steps=steps),
+        NetworkForecaster(network(variant), forecast_steps=steps),
         ConstantVelocityForecaster(forecast_steps=steps),
     ):
         nobody = forecaster.forecast(np.zeros((2, 8, 0, 2)), np.zeros((2, 8, 0), dtype=np.bool_))
@@ -137,13 +137,13 @@ def test_empty_scene_gives_an_empty_forecast(variant: Variant, horizon: float) -
 def test_longer_horizon_continues_the_shorter_one(variant: Variant) -> None:
     recording = walkers(np.random.default_rng(6))
     short, one, long = (
-        forecast(IterativeAttentionForecaster(network(variant), forecast_steps=n), recording)
+        forecast(NetworkForecaster(network(variant), forecast_steps=n), recording)
         for n in (12, 1, 30)
     )
     assert np.array_equal(one, short[:1])
     assert np.array_equal(long[:12], short)
     assert np.isfinite(long).all()
-    again = IterativeAttentionForecaster(network(variant)).forecast(
+    again = NetworkForecaster(network(variant)).forecast(
         short[-8:], np.ones((8, 6), dtype=np.bool_), recording.map_image, recording.pixel_from_world
     )
     assert np.array_equal(long[12:24], again)
@@ -151,7 +151,7 @@ def test_longer_horizon_continues_the_shorter_one(variant: Variant) -> None:
 
 def test_neighbors_who_are_not_asked_for_are_rolled_on_too(variant: Variant) -> None:
     recording = walkers(np.random.default_rng(6))
-    forecaster = IterativeAttentionForecaster(network(variant), forecast_steps=24)
+    forecaster = NetworkForecaster(network(variant), forecast_steps=24)
     scene, everyone = scene_of(recording), forecast(forecaster, recording)
     one = forecaster.forecast(
         scene.history,

@@ -92,8 +92,12 @@ def test_scaled_window_shows_the_map_at_the_same_scale() -> None:
 
 
 def test_truncated_scenes_hide_the_first_frames_only() -> None:
-    windows = extract_windows(crowds(20), SMALL, truncate=1.0, rng=np.random.default_rng(0))
-    valid = windows.inputs.history_valid
+    windows = extract_windows(crowds(20), SMALL)
+    training, rows = TrainConfig(truncate=1.0), np.arange(len(windows))
+    inputs, _ = augmented_batch(windows, rows, training, np.random.default_rng(0))
+    valid = inputs.history_valid
+    assert not inputs.history[~valid].any()
+    assert not inputs.neighbors[~inputs.neighbors_valid].any()
     assert valid[:, -1].all()
     assert not valid[:, 0].any()
     assert (np.diff(valid.astype(np.int64), axis=1) >= 0).all()
@@ -101,10 +105,10 @@ def test_truncated_scenes_hide_the_first_frames_only() -> None:
 
 
 def test_random_turns_change_no_moving_window() -> None:
-    plain = extract_windows(crowds(1), PATCH)
-    turned = extract_windows(crowds(1), PATCH, rng=np.random.default_rng(0))
-    rows = np.arange(len(plain))
-    one, two = plain.batch(rows), turned.batch(rows)
+    windows = extract_windows(crowds(1), PATCH)
+    rows = np.arange(len(windows))
+    one = windows.batch(rows)
+    two = windows.batch(rows, undirected=np.tile([0.6, -0.8], (len(rows), 1)))
     np.testing.assert_allclose(one[0].history, two[0].history, atol=1e-5)
     np.testing.assert_allclose(one[1], two[1], atol=1e-5)
     assert one[0].crop is not None
@@ -134,19 +138,12 @@ def test_overfits_64_windows(tmp_path: Path) -> None:
     config = replace(model, blocks=1, neighbors=1, dropout=0.0)
     windows = extract_windows([walkers(rng, 8, name=f"{i}", bend=0.06) for i in range(8)], config)
     again = np.tile(np.arange(64), 200)
-    repeated = replace(
-        windows,
-        inputs=windows.inputs.take(again),
-        future=windows.future[again],
-        recording=windows.recording[again],
-    )
+    repeated = replace(windows, tracks=windows.tracks.take(again))
     training = replace(training, batch_size=64, learning_rate=3e-3, mirror=False, scale=0.0)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
         network = IterativeAttention(config)
-        found = fit(
-            network, repeated, windows, training, out=tmp_path, rng=rng, about={}, progress=False
-        )
+        found = fit(network, repeated, windows, training, out=tmp_path, about={}, progress=False)
     assert found.constant_velocity["ade"] > 0.3
     assert found.validation["ade"] < 0.05
 
@@ -178,7 +175,8 @@ def test_checkpoint_says_where_it_comes_from(folder: Path) -> None:
 
 def test_a_loss_that_is_not_finite_stops(tmp_path: Path) -> None:
     windows = extract_windows(crowds(1), SMALL)
-    broken = replace(windows, future=np.full_like(windows.future, np.nan))
+    nowhere = np.full_like(windows.tracks.future, np.nan)
+    broken = replace(windows, tracks=replace(windows.tracks, future=nowhere))
     with pytest.raises(FloatingPointError, match="finite loss, found nan in epoch 1"):
         fit(
             IterativeAttention(SMALL),
@@ -186,7 +184,6 @@ def test_a_loss_that_is_not_finite_stops(tmp_path: Path) -> None:
             windows,
             TrainConfig(epochs=1),
             out=tmp_path,
-            rng=np.random.default_rng(0),
             about={},
             progress=False,
         )
@@ -208,10 +205,10 @@ def test_hidden_maps_and_palettes_follow_the_configuration() -> None:
     windows = extract_windows(crowds(8), PATCH)
     rows = np.arange(len(windows))
     plain = windows.batch(rows)[0]
-    kept = augmented_batch(windows, rows, TrainConfig(), np.random.default_rng(0))[0]
+    kept = augmented_batch(windows, rows, TrainConfig(truncate=0.0), np.random.default_rng(0))[0]
     assert np.array_equal(kept.crop, plain.crop)
     assert kept.crop_valid.all()
-    changing = TrainConfig(hide_map=0.25, recolor=0.5)
+    changing = TrainConfig(hide_map=0.25, recolor=0.5, truncate=0.0)
     changed = augmented_batch(windows, rows, changing, np.random.default_rng(0))[0]
     assert changed.crop is not None
     assert plain.crop is not None

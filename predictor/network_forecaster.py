@@ -1,4 +1,4 @@
-"""The trained network as a forecaster: all people of all worlds in one batch."""
+"""A trained network as a forecaster: all people of all worlds in one batch."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from predictor.checkpoint import load_checkpoint
 from predictor.inputs import AgentInputs, build_inputs_of_worlds, check_tracks, to_world
-from predictor.model import IterativeAttention, tensors
+from predictor.networks import Network, name_of
+from predictor.tensors import tensors
 
 Image = NDArray[np.uint8] | None
 Homography = NDArray[np.float64] | None
@@ -23,32 +24,31 @@ CHUNK = 256
 """Agents in one pass of the network; bounds its memory, and keeps it in the cache."""
 
 
-class IterativeAttentionForecaster:
-    """`IterativeAttention` behind the interface of `predictor.forecaster.Forecaster`.
+class NetworkForecaster:
+    """Any trained network behind the interface of `predictor.forecaster.Forecaster`.
 
     Beyond the steps that the network was trained for it is rolled on: it is given its own
     forecasts of everyone as history, and the map around where they got to.
 
     Args:
-        model: Trained network.
+        network: Trained network.
         forecast_steps: Frames to forecast; None for those the network was trained for.
     """
 
-    name = "iterative_attention"
-
-    def __init__(self, model: IterativeAttention, *, forecast_steps: int | None = None) -> None:
-        self.model = model.eval()
-        self.frame_dt = model.config.frame_dt
-        self.history_steps = model.config.history_steps
+    def __init__(self, network: Network, *, forecast_steps: int | None = None) -> None:
+        self.network = network.eval()
+        self.name = name_of(network.config)
+        self.frame_dt = network.config.frame_dt
+        self.history_steps = network.config.history_steps
         self.forecast_steps = (
-            model.config.forecast_steps if forecast_steps is None else forecast_steps
+            network.config.forecast_steps if forecast_steps is None else forecast_steps
         )
 
     @classmethod
     def from_checkpoint(cls, path: Path, *, forecast_steps: int | None = None) -> Self:
         """Load a checkpoint; raises as `predictor.checkpoint.load_checkpoint` does."""
-        model, _ = load_checkpoint(path)
-        return cls(model, forecast_steps=forecast_steps)
+        network, _ = load_checkpoint(path)
+        return cls(network, forecast_steps=forecast_steps)
 
     def forecast(
         self,
@@ -89,7 +89,7 @@ class IterativeAttentionForecaster:
         homographies: Sequence[Homography],
     ) -> NDArray[np.float64]:
         """Pass after pass until `forecast_steps` are there: (W, F, N, 2)."""
-        config = self.model.config
+        config = self.network.config
         seen = np.where(valid[..., None], history, 0.0)
         now = seen[:, -1:]
         passes = math.ceil(self.forecast_steps / config.forecast_steps)
@@ -114,20 +114,20 @@ class IterativeAttentionForecaster:
         homographies: Sequence[Homography],
     ) -> NDArray[np.float64]:
         """One pass of the network for the chosen; the others stay."""
-        config = self.model.config
+        config = self.network.config
         path = np.repeat(history[:, -1:], config.forecast_steps, axis=1)
         worlds, agents = np.nonzero(chosen)
         for start in range(0, len(worlds), CHUNK):
             w, n = worlds[start : start + CHUNK], agents[start : start + CHUNK]
             inputs = build_inputs_of_worlds(history, valid, w, n, images, homographies, config)
-            path[w, :, n] = to_world(self._network(inputs), inputs.world_from_agent)
+            path[w, :, n] = to_world(self._forward(inputs), inputs.world_from_agent)
         return path
 
-    def _network(self, inputs: AgentInputs) -> NDArray[np.float32]:
+    def _forward(self, inputs: AgentInputs) -> NDArray[np.float32]:
         """(B, F, 2) paths in the agent frames."""
         count = len(inputs)
         padded = math.ceil(count / ROW_MULTIPLE) * ROW_MULTIPLE
         rows = np.minimum(np.arange(padded), count - 1)
         with torch.inference_mode():
-            _, path = self.model(**tensors(inputs.take(rows)))
+            _, path = self.network(**tensors(inputs.take(rows)))
         return cast("NDArray[np.float32]", path[:count].numpy())

@@ -1,0 +1,1 @@
+"""Networks that the iterative-attention model is measured against: one file, one model."""
