@@ -1,5 +1,7 @@
 """Sorting bodies into square cells, so that finding neighbors costs linear time."""
 
+from typing import Final
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -7,6 +9,29 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+
+PAIRS_PER_BODY: Final = 8
+"""Pairs that room is made for at first; where people stand closer, listing them starts anew."""
+
+
+@njit(cache=True, error_model="numpy")
+def near_pairs(bodies: FloatArray, present: BoolArray, reach: float) -> IntArray:
+    """List the pairs `(P, 2)` of present bodies nearer to each other than `reach` [m], each once.
+
+    Two at the very same place are no pair: there is no direction from one to the other.
+
+    Args:
+        bodies: `(M, >=2)` x and y first [m].
+        present: `(M,)` which of them to look at.
+        reach: [m].
+    """
+    members, starts, columns = build_cell_list(bodies, present, reach)
+    pairs = np.empty((PAIRS_PER_BODY * len(members), 2), dtype=np.int64)
+    count = _list_pairs(bodies, members, starts, columns, reach, pairs)
+    if count > len(pairs):
+        pairs = np.empty((count, 2), dtype=np.int64)
+        _list_pairs(bodies, members, starts, columns, reach, pairs)
+    return pairs[:count]
 
 
 @njit(cache=True)
@@ -66,3 +91,35 @@ def _extent(bodies: FloatArray, present: BoolArray) -> tuple[int, float, float, 
 @njit(cache=True)
 def _shape(width: float, height: float, size: float) -> tuple[int, int]:
     return int(height / size) + 1, int(width / size) + 1
+
+
+@njit(cache=True, error_model="numpy")
+def _list_pairs(
+    bodies: FloatArray,
+    members: IntArray,
+    starts: IntArray,
+    columns: int,
+    reach: float,
+    pairs: IntArray,
+) -> int:
+    """Write down what `near_pairs` says, as far as there is room; gives how many pairs there are.
+
+    A body is paired with those after it in its own cell, and with those of the cells to the right
+    and above, which follow each other in `members`.
+    """
+    count, end = 0, len(starts) - 1
+    x, y = bodies[members, 0], bodies[members, 1]
+    for cell in range(end):
+        left, right = min(cell % columns, 1), min(columns - 1 - cell % columns, 1)
+        above = cell + columns
+        beside = starts[cell + right + 1]
+        row_above = starts[min(above - left, end)], starts[min(above + right + 1, end)]
+        for a in range(starts[cell], starts[cell + 1]):
+            for first, last in ((a + 1, beside), row_above):
+                for b in range(first, last):
+                    dx, dy = x[a] - x[b], y[a] - y[b]
+                    if 0 < dx * dx + dy * dy < reach * reach:
+                        if count < len(pairs):
+                            pairs[count, 0], pairs[count, 1] = members[a], members[b]
+                        count += 1
+    return count

@@ -75,43 +75,42 @@ def distance_field(world_map: Map) -> DistanceField:
     return DistanceField(world_map.segments, world_map.bounds)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sample(
     grid: FloatArray, origin: FloatArray, cell: float, x: float, y: float
 ) -> tuple[float, float, float]:
     """Distance [m] and direction away (x, y) at a point, bilinear; (inf, 0, 0) off the grid."""
     rows, columns, _ = grid.shape
-    u = (x - origin[0]) / cell
-    v = (y - origin[1]) / cell
-    if not (0 <= u < columns - 1 and 0 <= v < rows - 1):
+    u, v = (x - origin[0]) / cell, (y - origin[1]) / cell
+    if not is_on_grid(rows, columns, u, v):
         return np.inf, 0.0, 0.0
-    column, row = int(u), int(v)
-    a, b = u - column, v - row
-    low = grid[row, column], grid[row, column + 1]
-    high = grid[row + 1, column], grid[row + 1, column + 1]
-    distance = _mix(low[0][0], low[1][0], high[0][0], high[1][0], a, b)
-    away_x = _mix(low[0][1], low[1][1], high[0][1], high[1][1], a, b)
-    away_y = _mix(low[0][2], low[1][2], high[0][2], high[1][2], a, b)
-    return distance, away_x, away_y
+    return interpolate(grid, u, v, 0), interpolate(grid, u, v, 1), interpolate(grid, u, v, 2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def distance_at(grid: FloatArray, origin: FloatArray, cell: float, x: float, y: float) -> float:
     """Distance [m] alone; `MARGIN`, the least that it can be, off the grid; inf without walls."""
     rows, columns, _ = grid.shape
-    u = (x - origin[0]) / cell
-    v = (y - origin[1]) / cell
-    if not (0 <= u < columns - 1 and 0 <= v < rows - 1):
+    u, v = (x - origin[0]) / cell, (y - origin[1]) / cell
+    if not is_on_grid(rows, columns, u, v):
         return MARGIN if grid.size > 0 else np.inf
+    return interpolate(grid, u, v, 0)
+
+
+@njit(cache=True, error_model="numpy")
+def is_on_grid(rows: int, columns: int, u: float, v: float) -> bool:
+    """Whether grid points lie on all sides of a place u columns and v rows from the origin."""
+    return 0 <= u < columns - 1 and 0 <= v < rows - 1
+
+
+@njit(cache=True, error_model="numpy")
+def interpolate(grid: FloatArray, u: float, v: float, layer: int) -> float:
+    """Value of a layer of the grid at such a place, bilinear."""
     column, row = int(u), int(v)
-    return _mix(
-        grid[row, column, 0],
-        grid[row, column + 1, 0],
-        grid[row + 1, column, 0],
-        grid[row + 1, column + 1, 0],
-        u - column,
-        v - row,
-    )
+    a, b = u - column, v - row
+    low = grid[row, column, layer] * (1 - a) + grid[row, column + 1, layer] * a
+    high = grid[row + 1, column, layer] * (1 - a) + grid[row + 1, column + 1, layer] * a
+    return low * (1 - b) + high * b
 
 
 @njit(cache=True)
@@ -134,11 +133,6 @@ def distance_to_segments(x: float, y: float, segments: FloatArray) -> float:
     for index in range(segments.shape[0]):
         nearest = min(nearest, distance_to_segment(x, y, segments[index])[0])
     return nearest
-
-
-@njit(cache=True)
-def _mix(ll: float, lr: float, ul: float, ur: float, a: float, b: float) -> float:
-    return (ll * (1 - a) + lr * a) * (1 - b) + (ul * (1 - a) + ur * a) * b
 
 
 @njit(cache=True)

@@ -30,9 +30,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from crowdsim.cell_list import build_cell_list
+from crowdsim.cell_list import near_pairs
 from crowdsim.interactions import INTERACTIONS, Interaction, interact, repulsion
-from crowdsim.line_of_sight import is_hidden_from, nearest_walls
+from crowdsim.line_of_sight import hides, nearest_walls
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -120,7 +120,7 @@ MOUSSAID_2009: Final = SocialForce(
 """Moussaïd et al. 2009, fitted to experiments with two people."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goal_drive(
     desired_speed: float, direction: float, velocity: float, relaxation_time: float
 ) -> float:
@@ -128,13 +128,13 @@ def goal_drive(
     return (desired_speed * direction - velocity) / relaxation_time
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sight(anisotropy: float, cos_phi: float) -> float:
     """Weight lambda + (1 - lambda) (1 + cos phi) / 2 of somebody seen under the angle phi."""
     return anisotropy + (1 - anisotropy) * (1 + cos_phi) / 2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def accelerations(
     bodies: FloatArray,
     present: BoolArray,
@@ -184,7 +184,7 @@ def accelerations(
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def people_repulsion(
     bodies: FloatArray,
     present: BoolArray,
@@ -199,132 +199,17 @@ def people_repulsion(
 ) -> FloatArray:
     """Repulsion `(M, 2)` [m/s^2] of each present body by the others within range and sight.
 
-    Where not all notice the robot, it is left out of the cell list. `nearest (M, 3)` is
+    Between the robot and who does not notice it there is none, either way. `nearest (M, 3)` is
     what `nearest_walls` gives.
     """
-    people = len(notices_robot)
-    apart = len(bodies) > people and not notices_robot.all()
-    listed = present.copy()
-    listed[people:] &= not apart
-    members, starts, columns = build_cell_list(bodies, listed, model[0].interaction_range)
-    sorted_crowd = bodies[members], radius[members], direction[members], nearest[members]
-    sorted_total = np.zeros((len(members), 2))
-    hidden = np.empty(len(members), dtype=np.int64)
-    walls = wall_grid, wall_origin, wall_cell
-    for cell in range(len(starts) - 1):
-        last_column = cell % columns == columns - 1
-        above = cell + columns
-        first_above = starts[min(above - (cell % columns > 0), len(starts) - 1)]
-        end_above = starts[min(above + (1 if last_column else 2), len(starts) - 1)]
-        end_right = starts[cell + (1 if last_column else 2)]
-        for a in range(starts[cell], starts[cell + 1]):
-            for first, end in ((a + 1, end_right), (first_above, end_above)):
-                found = _repel(a, first, end, 1.0, *sorted_crowd, model, hidden, sorted_total)
-                if found > 0:
-                    _undo(a, found, *sorted_crowd, *walls, model, hidden, sorted_total)
-    total = np.zeros((len(bodies), 2))
-    total[members] = sorted_total
-    if apart:
-        felt = present[:people] & notices_robot
-        _robot(felt, bodies, radius, direction, nearest, *walls, model, total)
-    return total
+    pairs = near_pairs(bodies, present, model[0].interaction_range)
+    pushes = pair_repulsions(pairs, bodies, radius, model)
+    _forget_unaware(pairs, notices_robot, pushes)
+    _forget_hidden(pairs, bodies, nearest, wall_grid, wall_origin, wall_cell, pushes)
+    return _add_up(pairs, bodies, direction, model[0].anisotropy, pushes)
 
 
-@njit(cache=True)
-def _repel(
-    a: int,
-    first: int,
-    end: int,
-    sign: float,
-    bodies: FloatArray,
-    radius: FloatArray,
-    direction: FloatArray,
-    nearest: FloatArray,
-    model: RecordArray,
-    hidden: IntArray,
-    total: FloatArray,
-) -> int:
-    """Add the repulsion between body a and each of those from `first` to `end` to both sides.
-
-    Returns:
-        How many of them a wall may hide; they are the first in `hidden`. (Who they are is asked
-        elsewhere: numba's loops are slow as soon as they hand arrays on.)
-    """
-    x, y, vx, vy = bodies[a]
-    range_squared = model[0].interaction_range ** 2
-    anisotropy = model[0].anisotropy
-    law, strength = model[0].interaction, model[0].repulsion
-    reach, horizon = model[0].repulsion_range, model[0].anticipation
-    room, found = nearest[a, 0], 0
-    for b in range(first, end):
-        dx, dy = x - bodies[b, 0], y - bodies[b, 1]
-        squared = dx * dx + dy * dy
-        if squared >= range_squared or squared == 0:
-            continue
-        wx, wy, contact = vx - bodies[b, 2], vy - bodies[b, 3], radius[a] + radius[b]
-        size, nx, ny = interact(dx, dy, wx, wy, contact, law, strength, reach, horizon)
-        distance = math.sqrt(squared)
-        if room + nearest[b, 0] < distance and size > NEGLIGIBLE:
-            hidden[found] = b
-            found += 1
-        cos_a = -(dx * direction[a, 0] + dy * direction[a, 1]) / distance
-        cos_b = (dx * direction[b, 0] + dy * direction[b, 1]) / distance
-        on_a = sign * size * sight(anisotropy, cos_a)
-        on_b = sign * size * sight(anisotropy, cos_b)
-        total[a, 0] += on_a * nx
-        total[a, 1] += on_a * ny
-        total[b, 0] -= on_b * nx
-        total[b, 1] -= on_b * ny
-    return found
-
-
-@njit(cache=True)
-def _undo(
-    a: int,
-    found: int,
-    bodies: FloatArray,
-    radius: FloatArray,
-    direction: FloatArray,
-    nearest: FloatArray,
-    wall_grid: FloatArray,
-    wall_origin: FloatArray,
-    wall_cell: float,
-    model: RecordArray,
-    hidden: IntArray,
-    total: FloatArray,
-) -> None:
-    """Take back the repulsion between a and those of the first `found` whom a wall does hide."""
-    for k in range(found):
-        b = hidden[k]
-        if is_hidden_from(a, b, bodies, nearest, wall_grid, wall_origin, wall_cell):
-            # The one that it may find now is b again, and stands where b stood.
-            _repel(a, b, b + 1, -1.0, bodies, radius, direction, nearest, model, hidden[k:], total)
-
-
-@njit(cache=True)
-def _robot(
-    feels: BoolArray,
-    bodies: FloatArray,
-    radius: FloatArray,
-    direction: FloatArray,
-    nearest: FloatArray,
-    wall_grid: FloatArray,
-    wall_origin: FloatArray,
-    wall_cell: float,
-    model: RecordArray,
-    total: FloatArray,
-) -> None:
-    """Add the repulsion between the last body and those whom `feels (N,)` tells to both sides."""
-    robot = len(bodies) - 1
-    crowd = bodies, radius, direction, nearest
-    hidden = np.empty(1, dtype=np.int64)
-    for i in range(len(feels)):
-        if feels[i]:
-            found = _repel(i, robot, robot + 1, 1.0, *crowd, model, hidden, total)
-            _undo(i, found, *crowd, wall_grid, wall_origin, wall_cell, model, hidden, total)
-
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def robot_repulsion(
     bodies: FloatArray,
     present: BoolArray,
@@ -342,8 +227,90 @@ def robot_repulsion(
     Returns:
         `(M, 2)` what each feels from the robot; in the last row what the robot feels from all.
     """
+    nearest = nearest_walls(bodies, wall_grid, wall_origin, wall_cell)
+    pairs = near_pairs(bodies, present, model[0].interaction_range)
+    pairs = pairs[(pairs[:, 0] == len(bodies) - 1) | (pairs[:, 1] == len(bodies) - 1)]
+    pushes = pair_repulsions(pairs, bodies, radius, model)
+    _forget_hidden(pairs, bodies, nearest, wall_grid, wall_origin, wall_cell, pushes)
+    return _add_up(pairs, bodies, direction, model[0].anisotropy, pushes)
+
+
+@njit(cache=True, error_model="numpy")
+def pair_repulsions(
+    pairs: IntArray, bodies: FloatArray, radius: FloatArray, model: RecordArray
+) -> FloatArray:
+    """What the law between people says of pairs `(P, 2)`, before anybody minds who is where.
+
+    Returns:
+        `(P, 3)` size [m/s^2] and direction (x, y) of what the first one feels; the second feels the
+        opposite.
+    """
+    law, strength = model[0].interaction, model[0].repulsion
+    reach, horizon = model[0].repulsion_range, model[0].anticipation
+    pushes = np.empty((len(pairs), 3))
+    for k in range(len(pairs)):
+        a, b = pairs[k, 0], pairs[k, 1]
+        dx, dy = bodies[a, 0] - bodies[b, 0], bodies[a, 1] - bodies[b, 1]
+        vx, vy = bodies[a, 2] - bodies[b, 2], bodies[a, 3] - bodies[b, 3]
+        contact = radius[a] + radius[b]
+        size, nx, ny = interact(dx, dy, vx, vy, contact, law, strength, reach, horizon)
+        pushes[k, 0], pushes[k, 1], pushes[k, 2] = size, nx, ny
+    return pushes
+
+
+@njit(cache=True, error_model="numpy")
+def _forget_unaware(pairs: IntArray, notices_robot: BoolArray, pushes: FloatArray) -> None:
+    """Set those to 0 that are between the robot and somebody who does not notice it."""
+    robot = len(notices_robot)
+    for k in range(len(pairs)):
+        a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
+        if b == robot and not notices_robot[a]:
+            pushes[k, 0] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _forget_hidden(
+    pairs: IntArray,
+    bodies: FloatArray,
+    nearest: FloatArray,
+    wall_grid: FloatArray,
+    wall_origin: FloatArray,
+    wall_cell: float,
+    pushes: FloatArray,
+) -> None:
+    """Set those to 0 that are not negligible but act through a wall."""
+    for k in range(len(pairs)):
+        if pushes[k, 0] <= NEGLIGIBLE:
+            continue
+        a, b = pairs[k, 0], pairs[k, 1]
+        dx, dy = bodies[b, 0] - bodies[a, 0], bodies[b, 1] - bodies[a, 1]
+        near_a = nearest[a, 0], nearest[a, 1], nearest[a, 2]
+        near_b = nearest[b, 0], nearest[b, 1], nearest[b, 2]
+        x, y = bodies[a, 0], bodies[a, 1]
+        if hides(x, y, dx, dy, near_a, near_b, wall_grid, wall_origin, wall_cell):
+            pushes[k, 0] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _add_up(
+    pairs: IntArray,
+    bodies: FloatArray,
+    direction: FloatArray,
+    anisotropy: float,
+    pushes: FloatArray,
+) -> FloatArray:
+    """Sum `(M, 2)` [m/s^2] of the pushes `(P, 3)`, each as far as one sees the other."""
     total = np.zeros((len(bodies), 2))
-    walls = wall_grid, wall_origin, wall_cell
-    nearest = nearest_walls(bodies, *walls)
-    _robot(present[:-1], bodies, radius, direction, nearest, *walls, model, total)
+    for k in range(len(pairs)):
+        a, b = pairs[k, 0], pairs[k, 1]
+        dx, dy = bodies[a, 0] - bodies[b, 0], bodies[a, 1] - bodies[b, 1]
+        distance = math.sqrt(dx * dx + dy * dy)
+        cos_a = -(dx * direction[a, 0] + dy * direction[a, 1]) / distance
+        cos_b = (dx * direction[b, 0] + dy * direction[b, 1]) / distance
+        size, nx, ny = pushes[k, 0], pushes[k, 1], pushes[k, 2]
+        on_a, on_b = size * sight(anisotropy, cos_a), size * sight(anisotropy, cos_b)
+        total[a, 0] += on_a * nx
+        total[a, 1] += on_a * ny
+        total[b, 0] -= on_b * nx
+        total[b, 1] -= on_b * ny
     return total

@@ -24,7 +24,7 @@ BRAKING_NARROWNESS: Final = 3.0
 """n': likewise for the angle in which they brake [rad/m]."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def repulsion(strength: float, reach: float, gap: float) -> float:
     """Acceleration A exp(-gap / B) of two surfaces that are `gap` apart [m/s^2].
 
@@ -33,7 +33,7 @@ def repulsion(strength: float, reach: float, gap: float) -> float:
     return strength * math.exp(-gap / reach)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def circular(
     dx: float,
     dy: float,
@@ -76,7 +76,7 @@ def circular(
     return acceleration, dx / distance, dy / distance
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def elliptical(
     dx: float,
     dy: float,
@@ -110,7 +110,7 @@ def elliptical(
     return acceleration, dx / now + ahead_x / then, dy / now + ahead_y / then
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def moussaid_2009(
     dx: float, dy: float, vx: float, vy: float, strength: float, reach: float
 ) -> tuple[float, float, float]:
@@ -154,7 +154,7 @@ def moussaid_2009(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def time_to_closest(dx: float, dy: float, vx: float, vy: float) -> float:
     """Time [s] until two bodies that keep their velocities are nearest; 0 if they do not approach.
 
@@ -164,7 +164,7 @@ def time_to_closest(dx: float, dy: float, vx: float, vy: float) -> float:
     return approach / (vx * vx + vy * vy) if approach > 0 else 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def interact(
     dx: float,
     dy: float,

@@ -29,7 +29,7 @@ from crowdsim.bodies import WALL_RADIUS
 from crowdsim.cell_list import build_cell_list
 from crowdsim.distance_field import distance_to_segment
 from crowdsim.half_planes import breach, nearest_permitted
-from crowdsim.line_of_sight import is_hidden_from, nearest_walls
+from crowdsim.line_of_sight import hides, nearest_walls
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -271,10 +271,10 @@ def _is_hidden(
     nearest: FloatArray,
     field: tuple[FloatArray, FloatArray, float],
 ) -> bool:
-    distance = math.hypot(bodies[b, 0] - bodies[a, 0], bodies[b, 1] - bodies[a, 1])
-    if nearest[a, 0] + nearest[b, 0] >= distance:
-        return False
-    return is_hidden_from(a, b, bodies, nearest, *field)
+    dx, dy = bodies[b, 0] - bodies[a, 0], bodies[b, 1] - bodies[a, 1]
+    near_a = nearest[a, 0], nearest[a, 1], nearest[a, 2]
+    near_b = nearest[b, 0], nearest[b, 1], nearest[b, 2]
+    return hides(bodies[a, 0], bodies[a, 1], dx, dy, near_a, near_b, *field)
 
 
 @njit(cache=True)
