@@ -1,6 +1,5 @@
 """Seeded scenario generators by name; each documents its parameters."""
 
-import inspect
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -11,6 +10,7 @@ from crowdsim.scenarios.circular import circular_crossing
 from crowdsim.scenarios.corridor import parallel_traffic
 from crowdsim.scenarios.doorway import narrow_doorway
 from crowdsim.scenarios.replay import replay
+from crowdsim.scenarios.scenario_file import is_scenario_file, parameter_names, read_scenario_file
 from crowdsim.scenarios.urban import urban_crossing
 
 SCENARIOS: Final[dict[str, Callable[..., Scenario]]] = {
@@ -22,23 +22,41 @@ SCENARIOS: Final[dict[str, Callable[..., Scenario]]] = {
 }
 
 
+def find_scenario(name: str) -> Callable[..., Scenario]:
+    """Give the generator that a name stands for.
+
+    Args:
+        name: One of `SCENARIOS`, or a scenario file (`crowdsim.scenarios.scenario_file`), whose
+            name ends in `.yaml` or `.yml`.
+
+    Raises:
+        ValueError: Unknown name, or a file that describes no scenario.
+        FileNotFoundError: No such file.
+    """
+    if is_scenario_file(name):
+        return read_scenario_file(name, SCENARIOS)
+    if name not in SCENARIOS:
+        raise ValueError(f"scenario must be one of {', '.join(SCENARIOS)}, got {name!r}")
+    return SCENARIOS[name]
+
+
 def make_scenario(name: str, rng: np.random.Generator, **parameters: Any) -> Scenario:
     """Draw the initial conditions of one world.
 
     Args:
-        name: One of `SCENARIOS`.
+        name: One of `SCENARIOS`, or a scenario file.
         rng: Source of all draws.
-        **parameters: Parameters of that scenario's function.
+        **parameters: Parameters of that scenario's function; a file that describes people and map
+            takes `model`.
 
     Raises:
         ValueError: Unknown name or parameter (the message lists the known ones), or a parameter
             out of range.
-        FileNotFoundError: A replay whose data is not there.
+        FileNotFoundError: A file that is not there, or a replay whose data is not.
     """
-    if name not in SCENARIOS:
-        raise ValueError(f"scenario must be one of {', '.join(SCENARIOS)}, got {name!r}")
-    known = [key for key in inspect.signature(SCENARIOS[name]).parameters if key != "rng"]
+    generator = find_scenario(name)
+    known = parameter_names(generator)
     unknown = sorted(set(parameters) - set(known))
     if unknown:
         raise ValueError(f"{name} takes {', '.join(known)}; got {', '.join(unknown)}")
-    return SCENARIOS[name](rng, **parameters)
+    return generator(rng, **parameters)

@@ -1,10 +1,14 @@
 """Putting people down without overlap, and checking what a scenario is asked for."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from crowdsim.pedestrians import ALONE
+
+FloatArray = NDArray[np.float64]
 
 SPACING: Final = 0.7
 """Least distance between two starts [m]: two of the widest bodies and a hand's breadth."""
@@ -15,10 +19,10 @@ ATTEMPTS: Final = 400
 
 def place(
     count: int,
-    draw: Callable[[int], NDArray[np.float64]],
+    draw: Callable[[int], FloatArray],
     *,
     keep_away: Sequence[Sequence[float]] = (),
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Draw starts one after the other until each stands free of all earlier ones.
 
     Args:
@@ -32,24 +36,58 @@ def place(
     Raises:
         ValueError: Somebody found no room in `ATTEMPTS` draws.
     """
-    starts = np.empty((count, 2))
+    alone = np.full(count, ALONE)
+    return place_parties(alone, lambda first, _: draw(first)[None], keep_away=keep_away)
+
+
+def place_parties(
+    group: NDArray[np.int64],
+    draw: Callable[[int, int], FloatArray],
+    *,
+    keep_away: Sequence[Sequence[float]] = (),
+) -> FloatArray:
+    """Draw the starts of groups and of who walks alone, as `place` does.
+
+    Args:
+        group: (N,) who walks with whom, members in consecutive rows (`draw_groups`).
+        draw: Proposes starts (size, 2) [m] for the party of a size whose first row is given; its
+            members' distances from each other are not looked at.
+        keep_away: Points (x, y) [m] that starts keep `ROBOT_CLEARANCE` from.
+
+    Returns:
+        (N, 2) starts [m].
+
+    Raises:
+        ValueError: A party found no room in `ATTEMPTS` draws.
+    """
+    starts = np.empty((len(group), 2))
     away = np.asarray(keep_away, dtype=np.float64).reshape(-1, 2)
-    for index in range(count):
+    for first, size in parties(group):
         for _ in range(ATTEMPTS):
-            point = draw(index)
-            if _free(point, starts[:index], SPACING) and _free(point, away, ROBOT_CLEARANCE):
-                starts[index] = point
+            points = draw(first, size)
+            if _free(points, starts[:first], SPACING) and _free(points, away, ROBOT_CLEARANCE):
+                starts[first : first + size] = points
                 break
         else:
             raise ValueError(
-                f"no room for person {index + 1} of {count} after {ATTEMPTS} attempts: "
+                f"no room for person {first + 1} of {len(group)} after {ATTEMPTS} attempts: "
                 "ask for fewer pedestrians or more space"
             )
     return starts
 
 
-def _free(point: NDArray[np.float64], others: NDArray[np.float64], distance: float) -> bool:
-    return bool((((others - point) ** 2).sum(axis=1) >= distance**2).all())
+def parties(group: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """Give the first row and the size of each group, and of each person who is alone."""
+    first = 0
+    while first < len(group):
+        size = 1 if group[first] == ALONE else int((group == group[first]).sum())
+        yield first, size
+        first += size
+
+
+def _free(points: FloatArray, others: FloatArray, distance: float) -> bool:
+    apart = points[:, None] - others
+    return bool(((apart**2).sum(axis=-1) >= distance**2).all())
 
 
 def require_count(name: str, value: int, low: int, high: int) -> None:
