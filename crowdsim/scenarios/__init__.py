@@ -6,18 +6,48 @@ from typing import Any, Final
 import numpy as np
 
 from crowdsim.scenario import Scenario
-from crowdsim.scenarios.circular import circular_crossing
-from crowdsim.scenarios.corridor import parallel_traffic
+from crowdsim.scenarios.circular import (
+    circular_crossing,
+    circular_crossing_with_static_obstacles,
+)
+from crowdsim.scenarios.corridor import narrow_hallway, parallel_traffic
+from crowdsim.scenarios.crowds import crowd_navigation, robot_crowding
 from crowdsim.scenarios.doorway import narrow_doorway
+from crowdsim.scenarios.encounters import (
+    frontal_approach,
+    pedestrian_overtaking,
+    robot_overtaking,
+)
+from crowdsim.scenarios.junctions import blind_corner, intersection, t_intersection
+from crowdsim.scenarios.open_ground import group_crossing, perpendicular_traffic, random_crossing
 from crowdsim.scenarios.replay import replay
+from crowdsim.scenarios.rooms import bottleneck, entering_room, exiting_room
 from crowdsim.scenarios.scenario_file import is_scenario_file, parameter_names, read_scenario_file
+from crowdsim.scenarios.station import station_hall
 from crowdsim.scenarios.urban import urban_crossing
 
 SCENARIOS: Final[dict[str, Callable[..., Scenario]]] = {
     "circular_crossing": circular_crossing,
+    "random_crossing": random_crossing,
     "parallel_traffic": parallel_traffic,
+    "perpendicular_traffic": perpendicular_traffic,
+    "robot_crowding": robot_crowding,
+    "crowd_navigation": crowd_navigation,
+    "frontal_approach": frontal_approach,
+    "pedestrian_overtaking": pedestrian_overtaking,
+    "robot_overtaking": robot_overtaking,
+    "intersection": intersection,
+    "t_intersection": t_intersection,
+    "blind_corner": blind_corner,
     "narrow_doorway": narrow_doorway,
+    "narrow_hallway": narrow_hallway,
+    "bottleneck": bottleneck,
+    "entering_room": entering_room,
+    "exiting_room": exiting_room,
+    "group_crossing": group_crossing,
+    "circular_crossing_with_static_obstacles": circular_crossing_with_static_obstacles,
     "urban_crossing": urban_crossing,
+    "station_hall": station_hall,
     "replay": replay,
 }
 

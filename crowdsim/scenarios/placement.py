@@ -6,6 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.distance_field import distance_field
+from crowdsim.map import Map
 from crowdsim.pedestrians import ALONE
 
 FloatArray = NDArray[np.float64]
@@ -14,6 +16,8 @@ SPACING: Final = 0.7
 """Least distance between two starts [m]: two of the widest bodies and a hand's breadth."""
 ROBOT_CLEARANCE: Final = 1.0
 """Least distance between a person's start and the robot's [m]."""
+WALL_CLEARANCE: Final = 0.4
+"""Least distance between a person's start and a wall [m]."""
 ATTEMPTS: Final = 400
 
 
@@ -45,6 +49,7 @@ def place_parties(
     draw: Callable[[int, int], FloatArray],
     *,
     keep_away: Sequence[Sequence[float]] = (),
+    ground: Map | None = None,
 ) -> FloatArray:
     """Draw the starts of groups and of who walks alone, as `place` does.
 
@@ -53,6 +58,7 @@ def place_parties(
         draw: Proposes starts (size, 2) [m] for the party of a size whose first row is given; its
             members' distances from each other are not looked at.
         keep_away: Points (x, y) [m] that starts keep `ROBOT_CLEARANCE` from.
+        ground: Map whose walls starts keep `WALL_CLEARANCE` from; None where there are none near.
 
     Returns:
         (N, 2) starts [m].
@@ -65,7 +71,14 @@ def place_parties(
     for first, size in parties(group):
         for _ in range(ATTEMPTS):
             points = draw(first, size)
-            if _free(points, starts[:first], SPACING) and _free(points, away, ROBOT_CLEARANCE):
+            if (
+                _free(points, starts[:first], SPACING)
+                and _free(points, away, ROBOT_CLEARANCE)
+                and (
+                    ground is None
+                    or (distance_field(ground).distance(points) >= WALL_CLEARANCE).all()
+                )
+            ):
                 starts[first : first + size] = points
                 break
         else:

@@ -5,11 +5,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.groups import draw_groups
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenario import Scenario
-from crowdsim.scenarios.placement import place, require_count
+from crowdsim.scenarios.placement import parties, place_parties, require_count, require_range
 from crowdsim.scenarios.street import DEPTH, LENGTH, Street, street
+from crowdsim.scenarios.walks import formation, shifted
 
 STREETS: Final = 64
 """Streets that are drawn from unless one is asked for; physics keeps what it derives from them."""
@@ -19,6 +21,8 @@ STRAIGHT: Final = 0.4
 """Share of people who walk along one pavement from end to end; the others' ends are any gates."""
 END: Final = 0.6
 """People enter and leave this far inside the street's ends [m]."""
+PAIR: Final = 0.4
+"""Room to either side of a way, so that two walk abreast and more in single file [m]."""
 WAYPOINTS: Final = 5
 """Alley mouth, kerb, kerb, alley mouth, goal; unused ones repeat the next."""
 
@@ -31,6 +35,7 @@ def urban_crossing(
     *,
     pedestrians: int = 24,
     layout: int | None = None,
+    groups: float = 0.0,
     model: ModelChoice = "social_force",
 ) -> Scenario:
     """The robot crosses a street with the people: along a pavement, over the crosswalk, and on.
@@ -44,6 +49,7 @@ def urban_crossing(
         layout: Which street, 0 to 99,999; None draws one of the first 64. Streets differ in all
             widths, setbacks, lawns, trees, alleys, and are mirrored and turned by multiples of 90
             degrees. `mixed` training sets keep to the others.
+        groups: Share of people who walk in groups, 0 to 1.
         model: Motion model of all, or the share of each.
 
     Raises:
@@ -53,17 +59,20 @@ def urban_crossing(
     if layout is None:
         layout = int(rng.integers(STREETS))
     require_count("layout", layout, 0, LAYOUTS - 1)
+    require_range("groups", groups, 0.0, 1.0, unit="(share)")
     plan = street(layout)
-    routes = np.array([_draw_route(rng, plan) for _ in range(pedestrians)])
-    routes = routes.reshape(-1, WAYPOINTS + 1, 2)
+    group = draw_groups(rng, pedestrians, groups)
+    routes = _draw_routes(rng, plan, group)
     robot_start, robot_goal = _robot_task(rng, plan)
 
-    def draw(index: int) -> NDArray[np.float64]:
-        """A place on the first stretch of the way, so that nobody misses a waypoint."""
-        origin, first = routes[index, :2]
-        return np.asarray(origin + rng.uniform(0.0, 0.9) * (first - origin))
+    def draw(first: int, size: int) -> NDArray[np.float64]:
+        """Places on the first stretch of the ways, so that nobody misses a waypoint."""
+        origin = routes[first : first + size, 0]
+        ahead = routes[first : first + size, 1] - origin
+        before = formation(size, PAIR)[0][::-1, None] / np.linalg.norm(ahead[0])
+        return np.asarray(origin + (rng.uniform(0.0, 0.9) + before) * ahead)
 
-    start = place(pedestrians, draw, keep_away=[robot_start.tolist()])
+    start = place_parties(group, draw, keep_away=[robot_start.tolist()])
     to_world = plan.world_from_plan.T
     turned = routes @ to_world
     ahead = (robot_goal - robot_start) @ to_world
@@ -71,7 +80,7 @@ def urban_crossing(
         name="urban_crossing",
         map=plan.map,
         pedestrians=Pedestrians.draw(
-            rng, position=start @ to_world, waypoints=turned[:, 1:], model=model
+            rng, position=start @ to_world, waypoints=turned[:, 1:], model=model, group=group
         ),
         on_arrival="respawn",
         entrances=turned[:, 0],
@@ -94,8 +103,21 @@ def _robot_task(
     return start, goal
 
 
+def _draw_routes(
+    rng: np.random.Generator, plan: Street, group: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Origins and waypoints (N, 1 + G, 2) in the plan; members of a group go the same way."""
+    routes = np.empty((len(group), WAYPOINTS + 1, 2))
+    for first, size in parties(group):
+        route = _draw_route(rng, plan)
+        unused = ((0, WAYPOINTS + 1 - len(route)), (0, 0))
+        for member, left in enumerate(formation(size, PAIR)[1]):
+            routes[first + member] = np.pad(shifted(route, left), unused, mode="edge")
+    return routes
+
+
 def _draw_route(rng: np.random.Generator, plan: Street) -> NDArray[np.float64]:
-    """Origin and `WAYPOINTS` waypoints (1 + G, 2) in the plan."""
+    """Origin and up to `WAYPOINTS` waypoints (1 + G, 2) in the plan."""
     origin, goal = _draw_gates(rng, plan)
     lane = rng.uniform(-1.0, 1.0)
     points = [_gate_point(plan, origin, lane)]
@@ -105,8 +127,7 @@ def _draw_route(rng: np.random.Generator, plan: Street) -> NDArray[np.float64]:
         points += _crossing(rng, plan, origin[0])
     if goal[2]:
         points.append(_on_pavement(plan, goal[0], goal[1] + 0.25 * lane, lane))
-    end = _gate_point(plan, goal, lane)
-    return np.array(points + [end] * (WAYPOINTS + 1 - len(points)))
+    return np.array([*points, _gate_point(plan, goal, lane)])
 
 
 def _draw_gates(rng: np.random.Generator, plan: Street) -> tuple[Gate, Gate]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.groups import draw_groups
+from crowdsim.map import Map
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.scenarios.placement import place_parties
@@ -68,6 +69,7 @@ def draw_walks(
     groups: float = 0.0,
     stretch: tuple[float, float] = (0.0, 0.9),
     keep_away: Sequence[Sequence[float]] = (),
+    ground: Map | None = None,
 ) -> Walks:
     """Draw a way for everybody, and a place on its first stretch, so that no waypoint is missed.
 
@@ -79,6 +81,7 @@ def draw_walks(
         groups: Share of people who walk in groups, 0 to 1.
         stretch: Part of the way to the first waypoint on which they start, of 0 to 1.
         keep_away: Points (x, y) [m] that nobody starts near.
+        ground: Map whose walls nobody starts near; None where ways keep off them anyway.
 
     Raises:
         ValueError: There is no room for somebody, or the share is out of range.
@@ -99,7 +102,7 @@ def draw_walks(
         along = rng.uniform(min(low, high), high) - behind
         return np.asarray(lines[:, 0] + along[:, None] * leg / length)
 
-    start = place_parties(group, draw, keep_away=keep_away)
+    start = place_parties(group, draw, keep_away=keep_away, ground=ground)
     return Walks(start=start, ways=_stacked([ways[row] for row in range(count)]), group=group)
 
 
@@ -108,10 +111,10 @@ def formation(size: int, lane: float) -> tuple[FloatArray, FloatArray]:
 
     Abreast if a lane that reaches so far to either side has room, else in single file.
     """
-    places = ABREAST * np.arange(size)
+    places: FloatArray = ABREAST * np.arange(size, dtype=np.float64)
     if places[-1] > 2.0 * lane:
         return places, np.zeros(size)
-    return np.zeros(size), places - places.mean()
+    return np.zeros(size), np.asarray(places - places.mean())
 
 
 def shifted(line: FloatArray, left: float) -> FloatArray:
@@ -121,7 +124,8 @@ def shifted(line: FloatArray, left: float) -> FloatArray:
     normal = np.column_stack([-legs[:, 1], legs[:, 0]])
     bend = np.concatenate([normal[:1], normal]) + np.concatenate([normal, normal[-1:]])
     # Where the line turns right back, the corner would lie at infinity.
-    return line + 2.0 * left * bend / np.maximum((bend**2).sum(axis=1, keepdims=True), 1.0)
+    sharpness = np.maximum((bend**2).sum(axis=1, keepdims=True), 1.0)
+    return np.asarray(line + 2.0 * left * bend / sharpness)
 
 
 def _stacked(ways: Sequence[FloatArray]) -> FloatArray:

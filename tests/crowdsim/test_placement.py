@@ -31,7 +31,7 @@ def make(name: str, seed: int) -> Scenario:
 def test_nobody_starts_inside_anybody_or_a_wall(name, seed):
     scenario = make(name, seed)
     people = scenario.pedestrians
-    assert gaps(people.position, people.radius).min() > 0.0
+    assert gaps(people.position, people.radius).min(initial=np.inf) > 0.0
     if len(scenario.map.segments):
         walls = shapely.multilinestrings(shapely.linestrings(scenario.map.segments))
         apart = shapely.distance(walls, shapely.points(people.position))
