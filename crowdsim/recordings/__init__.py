@@ -4,10 +4,9 @@ from crowdsim.recordings.data_folder import find_data, find_sdd
 from crowdsim.recordings.eth_ucy import (
     ETH_UCY_FOLDS,
     eth_ucy_fold,
-    read_eth_ucy,
-    read_obsmat,
     read_scene,
 )
+from crowdsim.recordings.eth_ucy_text import read_eth_ucy, read_obsmat
 from crowdsim.recordings.rate import check_rate
 from crowdsim.recordings.recording import FRAME_DT, Picture, Recording
 from crowdsim.recordings.sdd import (

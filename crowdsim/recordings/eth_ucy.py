@@ -1,10 +1,9 @@
-"""Readers of the ETH and UCY crowds: split text files, original annotation, maps, folds.
+"""The ETH and UCY crowds: scenes with their pictures and masks, and the leave-one-out folds.
 
 Sources: Pellegrini et al., ICCV 2009 (ETH); Lerner et al., 2007 (UCY). The folder layout is that of
 the data README: `splits/` with the standard leave-one-out files, `scenes/` with pictures.
 """
 
-import gzip
 import json
 from collections.abc import Iterable
 from dataclasses import replace
@@ -16,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings.data_folder import find_data, read_mask, read_rgb
-from crowdsim.recordings.rate import check_rate
-from crowdsim.recordings.recording import FRAME_DT, Picture, Recording
+from crowdsim.recordings.eth_ucy_text import read_eth_ucy
+from crowdsim.recordings.recording import Picture, Recording
 
 Part = Literal["train", "val", "test"]
 ETH_UCY_FOLDS: Final = ("eth", "hotel", "univ", "zara1", "zara2")
@@ -36,75 +35,6 @@ PICTURE_FOLDERS: Final = {"crowds_zara03": "crowds_zara02", "students001": "stud
 GROUND_SCENES: Final = ("crowds_zara02", "crowds_zara03")
 """Scenes annotated at the head: `H_ground.txt` moves their tracks to the feet."""
 NO_PICTURE: Final = ("uni_examples",)
-
-
-def read_eth_ucy(
-    path: Path | str, *, dt: float = FRAME_DT, picture: Picture | None = None
-) -> Recording:
-    """Read a split text file: tab separated frame, person, x [m], y [m].
-
-    `biwi_eth` of the standard files was resampled: its rows, taken as 0.4 s apart like everybody
-    does, are about 0.67 s apart. `read_obsmat` has the original 0.4 s.
-
-    Args:
-        path: The text file.
-        dt: Time between two consecutive frames [s].
-        picture: Ground picture to attach.
-
-    Raises:
-        FileNotFoundError: There is no such file.
-        ValueError: Not four numeric columns, or a time step that the speeds contradict.
-    """
-    path = Path(path)
-    table = _read_table(path, columns=4)
-    return _recording(path.stem, table[:, :2], table[:, 2:], dt, picture)
-
-
-def read_obsmat(
-    path: Path | str, *, dt: float = FRAME_DT, picture: Picture | None = None
-) -> Recording:
-    """Read an original ETH annotation: frame, person, x, (z), y, vx, (vz), vy; metres.
-
-    Raises:
-        FileNotFoundError: There is no such file.
-        ValueError: Not eight numeric columns, or a time step that the speeds contradict.
-    """
-    path = Path(path)
-    table = _read_table(path, columns=8)
-    return _recording(path.parent.name, table[:, :2], table[:, [2, 4]], dt, picture)
-
-
-def _read_table(path: Path, columns: int) -> NDArray[np.float64]:
-    """The (R, columns) numbers of a plain or gzipped text file."""
-    opener = gzip.open if path.suffix == ".gz" else open
-    with opener(path, "rt", encoding="utf-8") as file:
-        lines = [line for line in file if line.strip()]
-    try:
-        table = np.loadtxt(lines, ndmin=2, dtype=np.float64) if lines else np.empty((0, columns))
-    except ValueError as error:
-        raise ValueError(f"{path}: expected {columns} numbers in every row: {error}") from error
-    if table.shape[1] != columns:
-        raise ValueError(f"{path}: expected {columns} columns, found {table.shape[1]}")
-    if not np.isfinite(table).all():
-        raise ValueError(f"{path}: expected finite numbers, found NaN or infinity")
-    return table
-
-
-def _recording(
-    name: str,
-    frame_and_person: NDArray[np.float64],
-    position: NDArray[np.float64],
-    dt: float,
-    picture: Picture | None,
-) -> Recording:
-    whole = frame_and_person.astype(np.int64)
-    if np.any(whole != frame_and_person):
-        raise ValueError(f"{name}: frame and person must be whole numbers")
-    recording = Recording.from_rows(
-        name, whole[:, 0], whole[:, 1], position, dt=dt, picture=picture
-    )
-    check_rate(recording)
-    return recording
 
 
 def read_scene(root: Path | str | None, scene: str) -> Recording:

@@ -105,15 +105,30 @@ class Recording:
         *,
         dt: float = FRAME_DT,
         picture: Picture | None = None,
+        frames: NDArray[np.int64] | None = None,
     ) -> Self:
         """Build a recording from R rows (frame, person, (R, 2) position) in any order.
 
+        Args:
+            name: Name of the recording.
+            frame: (R,) frame numbers.
+            identity: (R,) who it is.
+            position: (R, 2) where [m].
+            dt: Time of one frame step [s].
+            picture: The ground seen from above.
+            frames: (T,) all listed frames, where nobody may be seen in some; None lists those
+                of the rows.
+
         Raises:
-            ValueError: There is no row, or one person has two positions in one frame.
+            ValueError: There is no row, one person has two positions in one frame, or a frame
+                is not listed.
         """
         if len(frame) == 0:
             raise ValueError(f"{name}: a recording needs at least one row, got none")
-        frames, row = np.unique(frame, return_inverse=True)
+        frames = np.unique(frame) if frames is None else frames
+        row = np.searchsorted(frames, frame)
+        if row.max() == len(frames) or np.any(frames[row] != frame):
+            raise ValueError(f"{name}: expected rows in listed frames, found others")
         ids, column = np.unique(identity, return_inverse=True)
         valid = np.zeros((len(frames), len(ids)), dtype=np.bool_)
         valid[row, column] = True
@@ -130,6 +145,11 @@ class Recording:
             dt=dt,
             picture=picture,
         )
+
+    def to_rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """(R,) frames, (R,) ids and (R, 2) positions of all that was seen, person by person."""
+        person, row = np.nonzero(self.valid.T)
+        return self.frames[row], self.ids[person], self.positions[row, person]
 
     @property
     def map_image(self) -> NDArray[np.uint8] | None:

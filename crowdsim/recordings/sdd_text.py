@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from crowdsim.recordings.rate import rated
 from crowdsim.recordings.recording import Recording
-from crowdsim.recordings.text_table import Table, first_line, read_blocks, write_lines
+from crowdsim.recordings.stretches import Table
+from crowdsim.recordings.text_table import first_line, plain_stem, read_blocks, write_lines
 
 SDD_FPS: Final = (30.0,)
 SDD_FRAME_STEP: Final = 12
@@ -107,9 +108,7 @@ def read_sdd_boxes(
     left_top = np.column_stack([rows["xmin"], rows["ymin"]])
     right_bottom = np.column_stack([rows["xmax"], rows["ymax"]])
     centre = (left_top + right_bottom) / 2.0
-    return _recording(
-        path, path.name.partition(".")[0] if name is None else name, rows, centre, scale, dt
-    )
+    return _recording(path, plain_stem(path) if name is None else name, rows, centre, scale, dt)
 
 
 def _box_blocks(path: Path) -> Iterator[Table]:

@@ -1,42 +1,32 @@
 """Store of recordings: Parquet tracks, PNG maps and a manifest with checksums.
 
-A data set is a folder. Its tracks lie in shards, sorted by (recording, person, frame), as whole
-millimetres, delta-packed and zstd-compressed; 10 million rows take about 30 MB. `manifest.json` is
-written last, so a folder without one is not a data set yet, and no file ever stands half-written
-under its final name.
+A data set is a folder. Its tracks lie in shards (see `tracks`); 10 million rows take about 30 MB.
+`manifest.json` is written last, so a folder without one is not a data set yet, and no file ever
+stands half-written under its final name.
 """
 
 import hashlib
-import io
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
 import cv2
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from crowdsim.recordings.recording import Picture, Recording
+from crowdsim.recordings.tracks import Rows, TracksWriter, read_tracks
 
 FORMAT: Final = "crowdsim-recordings"
 VERSION: Final = 1
 MANIFEST: Final = "manifest.json"
-COLUMNS: Final = {
-    "recording": pa.int32(),
-    "id": pa.int64(),
-    "frame": pa.int64(),
-    "x_mm": pa.int32(),
-    "y_mm": pa.int32(),
-}
-MILLIMETRES: Final = 1000.0
 UNFINISHED: Final = ".part"
 """End of the name of a file that is being written."""
-FARTHEST: Final = 2_000_000.0
-"""Largest coordinate [m] that fits into int32 millimetres."""
 
 
 def write_recordings(
@@ -49,7 +39,8 @@ def write_recordings(
 
     Args:
         folder: Where to; made if needed.
-        recordings: What to write; positions are rounded to the nearest millimetre.
+        recordings: What to write, one in memory at a time; several in a row of one name are
+            stretches of one recording. Positions are rounded to the nearest millimetre.
         metadata: Anything JSON-able worth keeping (seed, command, source).
 
     Raises:
@@ -58,7 +49,7 @@ def write_recordings(
     """
     folder = Path(folder)
     require_no_dataset(folder)
-    shard = write_shard(folder, 0, list(recordings))
+    shard = write_shard(folder, 0, recordings)
     write_manifest(folder, [shard], metadata)
 
 
@@ -68,15 +59,34 @@ def read_recordings(folder: Path | str) -> list[Recording]:
 
 
 def iter_recordings(folder: Path | str) -> Iterator[Recording]:
-    """Recordings of a data set, one shard in memory at a time.
+    """Whole recordings of a data set, one in memory at a time.
 
     Raises:
         FileNotFoundError: No data set at this folder.
         ValueError: A file is of another format, or damaged (its checksum differs).
     """
     folder = Path(folder)
-    for shard in read_manifest(folder)["shards"]:
-        yield from _read_shard(folder, shard)
+    for entry, parts in _iter_entries(folder):
+        yield _rebuild(folder, entry, _listed(entry), [rows for _, rows in parts])
+
+
+def iter_stretches(folder: Path | str) -> Iterator[Recording]:
+    """Recordings of a data set in stretches of time, about 100,000 positions in memory at a time.
+
+    A recording that is not longer than that comes whole. `stretches` says how to cut windows
+    across the borders.
+
+    Raises:
+        FileNotFoundError: No data set at this folder.
+        ValueError: A file is of another format, or damaged (its checksum differs).
+    """
+    folder = Path(folder)
+    for entry, parts in _iter_entries(folder):
+        frames = _listed(entry)
+        for is_last, rows in parts:
+            count = len(frames) if is_last else np.searchsorted(frames, rows.frame.max(), "right")
+            yield _rebuild(folder, entry, frames[:count], [rows])
+            frames = frames[count:]
 
 
 def require_no_dataset(folder: Path) -> None:
@@ -88,24 +98,54 @@ def require_no_dataset(folder: Path) -> None:
         )
 
 
-def write_shard(folder: Path, index: int, recordings: Sequence[Recording]) -> dict[str, Any]:
+def write_shard(folder: Path, index: int, recordings: Iterable[Recording]) -> dict[str, Any]:
     """Write tracks and maps of some recordings; returns their entry for the manifest.
+
+    Args:
+        folder: Of the data set.
+        index: Number of the shard.
+        recordings: As `write_recordings`.
 
     Raises:
         ValueError: Names repeat, nobody was seen, or a coordinate does not fit.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    names = [recording.name for recording in recordings]
-    if len(set(names)) != len(names):
-        raise ValueError(f"names of recordings must be unique, got {names}")
-    file = f"tracks-{index:05d}.parquet"
-    content = _parquet_bytes(recordings)
-    write_atomic(folder / file, content)
-    return {
-        "file": file,
-        "sha256": _sha256(content),
-        "recordings": [_describe(folder, recording) for recording in recordings],
-    }
+    path = folder / shard_name(index)
+    entries: dict[str, dict[str, Any]] = {}
+    with new_file(path) as temporary, TracksWriter(temporary) as tracks:
+        for name, stretches in groupby(recordings, key=lambda part: part.name):
+            if name in entries:
+                raise ValueError(f"names of recordings must be unique, got {name!r} again")
+            for stretch in stretches:
+                _enter(folder, entries, stretch)
+                tracks.add(len(entries) - 1, stretch)
+    return {"file": path.name, "sha256": _sha256(path), "recordings": list(entries.values())}
+
+
+def _enter(folder: Path, entries: dict[str, dict[str, Any]], stretch: Recording) -> None:
+    """Describe a recording, or the next stretch of the last one, for the manifest."""
+    entry = entries.get(stretch.name)
+    if entry is None:
+        entries[stretch.name] = {
+            "name": stretch.name,
+            "dt": stretch.dt,
+            "frames": _extend_runs([], stretch.frames),
+            "picture": _write_picture(folder, stretch.picture),
+        }
+        return
+    first, step, count = entry["frames"][-1]
+    last = first + step * (count - 1)
+    if stretch.frames[0] <= last or stretch.dt != entry["dt"]:
+        raise ValueError(
+            f"{stretch.name}: expected a stretch after frame {last} with dt {entry['dt']} (or "
+            f"another name), found frame {stretch.frames[0]} and dt {stretch.dt}"
+        )
+    _extend_runs(entry["frames"], stretch.frames)
+
+
+def shard_name(index: int) -> str:
+    """Name of the file that holds the tracks of a shard."""
+    return f"tracks-{index:05d}.parquet"
 
 
 def is_intact(folder: Path, shard: Mapping[str, Any]) -> bool:
@@ -113,7 +153,7 @@ def is_intact(folder: Path, shard: Mapping[str, Any]) -> bool:
     pictures = [entry["picture"] for entry in shard["recordings"]]
     try:
         for file in (shard, *(picture for picture in pictures if picture is not None)):
-            _read_checked(folder / file["file"], file["sha256"])
+            _checked(folder / file["file"], file["sha256"])
     except (FileNotFoundError, ValueError):
         return False
     return True
@@ -155,54 +195,24 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def write_atomic(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or not at all."""
+    with new_file(path) as temporary:
+        temporary.write_bytes(content)
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """Give a temporary path that becomes `path` when all went well, and is removed if not."""
     # Workers may write the same map at once, and one may be killed: no two share a temporary.
     temporary = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
-    temporary.write_bytes(content)
-    temporary.replace(path)
+    try:
+        yield temporary
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
-def _parquet_bytes(recordings: Sequence[Recording]) -> bytes:
-    rows = [_rows(index, recording) for index, recording in enumerate(recordings)]
-    merged = np.concatenate(rows) if rows else np.empty((0, len(COLUMNS)), dtype=np.int64)
-    arrays = [
-        pa.array(merged[:, column], type=dtype) for column, dtype in enumerate(COLUMNS.values())
-    ]
-    sink = io.BytesIO()
-    pq.write_table(
-        pa.table(arrays, names=list(COLUMNS)),
-        sink,
-        compression="zstd",
-        use_dictionary=False,
-        column_encoding=dict.fromkeys(COLUMNS, "DELTA_BINARY_PACKED"),
-    )
-    return sink.getvalue()
-
-
-def _rows(index: int, recording: Recording) -> NDArray[np.int64]:
-    """(R, 5) whole numbers in the order of `COLUMNS`, track-major."""
-    person, row = np.nonzero(recording.valid.T)
-    position = recording.positions[row, person]
-    if len(position) == 0:
-        raise ValueError(f"{recording.name}: expected somebody to be seen, found nobody")
-    if np.abs(position).max() > FARTHEST:
-        raise ValueError(f"{recording.name}: a coordinate is beyond {FARTHEST:.0f} m")
-    millimetres = np.rint(position * MILLIMETRES).astype(np.int64)
-    columns = [np.full(len(row), index), recording.ids[person], recording.frames[row]]
-    return np.column_stack([*columns, millimetres])
-
-
-def _describe(folder: Path, recording: Recording) -> dict[str, Any]:
-    return {
-        "name": recording.name,
-        "dt": recording.dt,
-        "frames": _runs(recording.frames),
-        "picture": _write_picture(folder, recording.picture),
-    }
-
-
-def _runs(frames: NDArray[np.int64]) -> list[list[int]]:
+def _extend_runs(runs: list[list[int]], frames: NDArray[np.int64]) -> list[list[int]]:
     """Frame numbers as stretches [first, step, count]; keeps the rows in which nobody is seen."""
-    runs: list[list[int]] = []
     for frame in frames.tolist():
         if runs and runs[-1][2] == 1:
             runs[-1][1:] = [frame - runs[-1][0], 2]
@@ -213,51 +223,62 @@ def _runs(frames: NDArray[np.int64]) -> list[list[int]]:
     return runs
 
 
+def _listed(entry: Mapping[str, Any]) -> NDArray[np.int64]:
+    """(T,) frame numbers of a recording."""
+    return np.concatenate(
+        [first + step * np.arange(count, dtype=np.int64) for first, step, count in entry["frames"]]
+    )
+
+
 def _write_picture(folder: Path, picture: Picture | None) -> dict[str, Any] | None:
     """Store a picture once per content, named by it; (3, 3) matrices go into the manifest."""
     if picture is None:
         return None
     content = cv2.imencode(".png", cv2.cvtColor(picture.image, cv2.COLOR_RGB2BGR))[1].tobytes()
-    digest = _sha256(content)
+    digest = hashlib.sha256(content).hexdigest()
     file = f"map-{digest[:16]}.png"
     if not (folder / file).exists():
         write_atomic(folder / file, content)
     return {"file": file, "sha256": digest, "pixel_from_world": picture.pixel_from_world.tolist()}
 
 
-def _read_shard(folder: Path, shard: Mapping[str, Any]) -> Iterator[Recording]:
-    content = _read_checked(folder / shard["file"], shard["sha256"])
-    table = pq.read_table(io.BytesIO(content), columns=list(COLUMNS))
-    rows = np.column_stack([table[name].to_numpy().astype(np.int64) for name in COLUMNS])
-    for index, entry in enumerate(shard["recordings"]):
-        yield _rebuild(folder, entry, rows[rows[:, 0] == index])
+def _iter_entries(
+    folder: Path,
+) -> Iterator[tuple[Mapping[str, Any], Iterator[tuple[bool, Rows]]]]:
+    """Recordings of all shards: the entry of each, and its rows as `read_tracks` gives them."""
+    for shard in read_manifest(folder)["shards"]:
+        path = _checked(folder / shard["file"], shard["sha256"])
+        for number, parts in groupby(read_tracks(path), key=itemgetter(0)):
+            yield shard["recordings"][number], _mark_last(rows for _, rows in parts)
 
 
-def _rebuild(folder: Path, entry: Mapping[str, Any], rows: NDArray[np.int64]) -> Recording:
-    frames = np.concatenate(
-        [first + step * np.arange(count, dtype=np.int64) for first, step, count in entry["frames"]]
-    )
-    ids, column = np.unique(rows[:, 1], return_inverse=True)
-    row = np.searchsorted(frames, rows[:, 2])
-    positions = np.zeros((len(frames), len(ids), 2))
-    positions[row, column] = rows[:, 3:] / MILLIMETRES
-    valid = np.zeros((len(frames), len(ids)), dtype=np.bool_)
-    valid[row, column] = True
-    return Recording(
-        name=entry["name"],
-        positions=positions,
-        valid=valid,
-        ids=ids,
-        frames=frames,
+def _mark_last(parts: Iterator[Rows]) -> Iterator[tuple[bool, Rows]]:
+    part = next(parts)
+    for following in parts:
+        yield False, part
+        part = following
+    yield True, part
+
+
+def _rebuild(
+    folder: Path, entry: Mapping[str, Any], frames: NDArray[np.int64], parts: Sequence[Rows]
+) -> Recording:
+    frame, identity, position = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Recording.from_rows(
+        entry["name"],
+        frame,
+        identity,
+        position,
         dt=entry["dt"],
         picture=_read_picture(folder, entry["picture"]),
+        frames=frames,
     )
 
 
 def _read_picture(folder: Path, entry: Mapping[str, Any] | None) -> Picture | None:
     if entry is None:
         return None
-    content = _read_checked(folder / entry["file"], entry["sha256"])
+    content = _checked(folder / entry["file"], entry["sha256"]).read_bytes()
     image = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_COLOR)
     if image is None:
         raise ValueError(f"{folder / entry['file']}: expected a PNG picture")
@@ -265,14 +286,15 @@ def _read_picture(folder: Path, entry: Mapping[str, Any] | None) -> Picture | No
     return Picture(rgb, np.array(entry["pixel_from_world"], dtype=np.float64))
 
 
-def _read_checked(path: Path, sha256: str) -> bytes:
+def _checked(path: Path, sha256: str) -> Path:
+    """The path of a file that is what the manifest says."""
     if not path.is_file():
         raise FileNotFoundError(f"expected {path} as its manifest says, found none")
-    content = path.read_bytes()
-    if _sha256(content) != sha256:
+    if _sha256(path) != sha256:
         raise ValueError(f"{path}: damaged, its SHA-256 is not {sha256[:16]}… of the manifest")
-    return content
+    return path
 
 
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import BinaryIO, Final, TextIO, cast
 
 import numpy as np
-from numpy.typing import NDArray
+
+from crowdsim.recordings.store import new_file
+from crowdsim.recordings.stretches import Table
 
 BLOCK_ROWS: Final = 20_000
 """Rows in memory at a time. A block becomes a dense (T, N) array, which grows with its square."""
 
 LONGEST_QUOTE: Final = 80
 """Characters of a wrong line that its message repeats."""
-
-Table = NDArray[np.void]
 
 
 def open_text(path: Path) -> TextIO:
@@ -29,6 +29,11 @@ def open_text(path: Path) -> TextIO:
     return path.open(encoding="utf-8")
 
 
+def plain_stem(path: Path) -> str:
+    """Name of a text file without its endings `.gz` and `.txt` or the like."""
+    return Path(path.name.removesuffix(".gz")).stem
+
+
 def first_line(path: Path) -> str:
     """The first line of a text file without its end; empty for an empty file."""
     with open_text(path) as file:
@@ -38,11 +43,9 @@ def first_line(path: Path) -> str:
 def write_lines(path: Path, lines: Iterable[str]) -> None:
     """Write lines to a text file, gzipped if it ends in `.gz`, so that it is there whole or not."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    with temporary.open("wb") as raw, _compressed(path, raw) as file:
+    with new_file(path) as temporary, temporary.open("wb") as raw, _compressed(path, raw) as file:
         for line in lines:
             file.write(line.encode())
-    temporary.replace(path)
 
 
 def _compressed(path: Path, raw: BinaryIO) -> BinaryIO:

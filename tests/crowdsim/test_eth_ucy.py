@@ -109,10 +109,12 @@ def test_a_view_that_no_picture_fits_has_none(data_root):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("0\t1\t2.0\n", "expected 4 columns, found 3"),
-        ("0\t1\t2.0\tx\n", "expected 4 numbers"),
-        ("0\t1\tnan\t1.0\n", "finite"),
-        ("0.5\t1\t1.0\t1.0\n", "whole numbers"),
+        ("0\t1\t2.0\t1.0\n\n0\t1\t2.0\n", r"scene\.txt, line 3: expected 4 columns"),
+        ("0\t1\t2.0\tx\n", r"line 1: .*y \(number\), found '0\\t1\\t2.0\\tx'"),
+        ("0\t1\tnan\t1.0\n", "line 1: .*nan"),
+        ("0.5\t1\t1.0\t1.0\n", r"line 1: .*frame \(whole\).*0\.5"),
+        ("0\t1\t0.0\t0.0\n0\t1\t0.0\t0.0\n", "repeat a person"),
+        ("0\t1\t0.0\t0.0\n7\t1\t0.4\t0.0\n", r"frames 7 apart .*expected 0\.4 s"),
         ("", "at least one row"),
         ("0\t1\t0.0\t0.0\n10\t1\t9.0\t0.0\n", r"22\.50 m/s"),
     ],
