@@ -4,7 +4,6 @@ One row per episode is the primary result; means, intervals and differences deri
 """
 
 import dataclasses
-import io
 import json
 import os
 import platform
@@ -16,44 +15,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from crowdsim.recordings.store import write_atomic
 from crowdsim.scenarios import make_scenario
-from envs.comparison import EvaluationConfig
+from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
 from envs.config import CrowdNavConfig
+from envs.episode_rows import Row, rows_as_parquet
 from envs.findings import findings
+from envs.finished_tasks import FinishedTasks
 from envs.forecasters import make_world_forecaster
-from envs.metric_table import METRICS
-from envs.metrics import DELAY_AHEAD, Value, navigation_metrics
+from envs.metrics import DELAY_AHEAD, navigation_metrics
 from envs.policies import make_policy
+from envs.replays import RecordedEpisode, instructive_seeds
 from envs.runs import run_episodes
 from envs.summary import summarize
-from envs.trace import Trace
 from envs.twin import run_twin
 from envs.workers import run_tasks
 from predictor.checkpoint import source_revision
 
-Row = dict[str, Value]
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class RecordedEpisode:
-    """An episode kept whole.
-
-    Attributes:
-        scenario: Name of the scenario.
-        arm: Name of the arm.
-        seed: Seed of the episode.
-        trace: What happened.
-    """
-
-    scenario: str
-    arm: str
-    seed: int
-    trace: Trace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,12 +64,15 @@ class Task:
     arm: str
     policy: str
     seeds: tuple[int, ...]
-    recorded_seeds: tuple[int, ...]
     width: int
 
 
 def evaluate(
-    config: EvaluationConfig, *, progress: Progress | None = None, command: str = ""
+    config: EvaluationConfig,
+    *,
+    progress: Progress | None = None,
+    command: str = "",
+    finished: FinishedTasks | None = None,
 ) -> Evaluation:
     """Runs all episodes, measures them and compares the arms.
 
@@ -97,41 +80,35 @@ def evaluate(
         config: What is compared.
         progress: Called with the number of finished episodes and of all.
         command: How this was called, for the record.
+        finished: What an interrupted evaluation has left, and where this one keeps its own; None
+            keeps nothing.
 
     Raises:
         ValueError: A bad name or value anywhere in `config`, before any episode is run.
     """
     started = time.perf_counter()
     _check_names(config)
-    tasks = _tasks(config)
-    total = sum(len(task.seeds) for task in tasks)
-    outcomes = run_tasks(
-        measure_episodes,
-        tasks,
-        workers=config.workers,
-        progress=None if progress is None else lambda done: progress(done, total),
-    )
-    rows = sorted((row for rows, _ in outcomes for row in rows), key=_ordering(config))
-    candidates = [episode for _, episodes in outcomes for episode in episodes]
+    rows = sorted(_run(config, progress, finished), key=_ordering(config))
     summary: dict[str, Any] = {
         "run": _run_facts(config, command, time.perf_counter() - started),
         "config": dataclasses.asdict(config),
         **summarize(rows, reference=config.reference_arm, seed=config.statistics_seed),
     }
     summary["findings"] = findings(summary)
-    return Evaluation(
-        config=config,
-        rows=rows,
-        summary=summary,
-        recorded=choose_replays(candidates, rows, config),
-    )
+    return Evaluation(config=config, rows=rows, summary=summary, recorded=_replays(config, rows))
 
 
 def measure_episodes(
-    task: Task, finished: Callable[[], None]
-) -> tuple[list[Row], list[RecordedEpisode]]:
-    """Runs and measures the episodes of one task; calls `finished` after each."""
-    rows, recorded = [], []
+    job: tuple[Task, FinishedTasks | None], finished_one: Callable[[], None]
+) -> list[Row]:
+    """Runs and measures the episodes of one task; calls `finished_one` after each."""
+    task, finished = job
+    rows = None if finished is None else finished.rows_of(task)
+    if rows is not None:
+        for _ in rows:
+            finished_one()
+        return rows
+    rows = []
     for seed, trace in run_episodes(task.environment, task.policy, task.seeds, task.width):
         reacts = trace.scenario.replay is None
         twin = run_twin(trace, longer=DELAY_AHEAD) if reacts else None
@@ -146,38 +123,45 @@ def measure_episodes(
                 **navigation_metrics(trace, twin),
             }
         )
-        if seed in task.recorded_seeds:
-            recorded.append(
-                RecordedEpisode(scenario=task.scenario, arm=task.arm, seed=seed, trace=trace)
-            )
-        finished()
-    return rows, recorded
+        finished_one()
+    if finished is not None:
+        finished.keep(task, rows)
+    return rows
 
 
-def choose_replays(
-    candidates: Sequence[RecordedEpisode], rows: Sequence[Row], config: EvaluationConfig
-) -> list[RecordedEpisode]:
-    """Keeps, per scenario, the seeds whose arms ended most differently, for all arms.
+def record_episodes(task: Task, finished_one: Callable[[], None]) -> list[RecordedEpisode]:
+    """Runs the episodes of one task once more, and keeps them whole."""
+    recorded = [
+        RecordedEpisode(scenario=task.scenario, arm=task.arm, seed=seed, trace=trace)
+        for seed, trace in run_episodes(task.environment, task.policy, task.seeds, task.width)
+    ]
+    return sorted(recorded, key=lambda episode: episode.seed)
 
-    A seed that one arm fails and another masters says more than one that all master.
-    """
-    names = [choice.name for choice in config.scenarios]
-    arms = [arm.name for arm in config.arms]
-    chosen: set[tuple[str, int]] = set()
-    for scenario in names:
-        seeds = sorted({episode.seed for episode in candidates if episode.scenario == scenario})
-        outcomes = {
-            seed: {
-                _outcome(row) for row in rows if (row["scenario"], row["seed"]) == (scenario, seed)
-            }
-            for seed in seeds
-        }
-        by_variety = sorted(seeds, key=lambda seed: -len(outcomes[seed]))
-        chosen |= {(scenario, seed) for seed in by_variety[: config.replays]}
-    kept = [episode for episode in candidates if (episode.scenario, episode.seed) in chosen]
-    return sorted(
-        kept, key=lambda item: (names.index(item.scenario), item.seed, arms.index(item.arm))
+
+def _run(
+    config: EvaluationConfig, progress: Progress | None, finished: FinishedTasks | None
+) -> list[Row]:
+    """All rows, in the order in which the tasks were given out."""
+    tasks = _tasks(config)
+    total = sum(len(task.seeds) for task in tasks)
+    outcomes = run_tasks(
+        measure_episodes,
+        [(task, finished) for task in tasks],
+        workers=config.workers,
+        progress=None if progress is None else lambda done: progress(done, total),
     )
+    return [row for rows in outcomes for row in rows]
+
+
+def _replays(config: EvaluationConfig, rows: Sequence[Row]) -> list[RecordedEpisode]:
+    """A few instructive episodes of every scenario, all arms from the same seeds, in order."""
+    tasks = []
+    for choice in config.scenarios:
+        own = [row for row in rows if row["scenario"] == choice.name]
+        seeds = instructive_seeds(own, config.seeds[: config.replay_candidates], config.replays)
+        tasks += [_task(config, arm, choice, (seed,)) for seed in seeds for arm in config.arms]
+    recorded = run_tasks(record_episodes, tasks, workers=config.workers) if tasks else []
+    return [episode for episodes in recorded for episode in episodes]
 
 
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
@@ -186,27 +170,6 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     write_atomic(folder / "episodes.parquet", rows_as_parquet(evaluation.rows))
     text = json.dumps(evaluation.summary, indent=2, allow_nan=False) + "\n"
     write_atomic(folder / "summary.json", text.encode())
-
-
-def rows_as_parquet(rows: Sequence[Row]) -> bytes:
-    """The rows as the content of a Parquet file, one column per key; missing numbers are null."""
-    columns = {
-        key: pa.array([row[key] for row in rows], type=_column_type(key), from_pandas=True)
-        for key in rows[0]
-    }
-    sink = io.BytesIO()
-    pq.write_table(pa.table(columns), sink, compression="zstd")
-    return sink.getvalue()
-
-
-def _column_type(key: str) -> pa.DataType:
-    """Type of a column; the same whatever its rows hold."""
-    if key in ("scenario", "arm", "policy", "forecaster", "collision_role"):
-        return pa.string()
-    if key in ("seed", "forecast_count"):
-        return pa.int64()
-    is_share = key in METRICS and METRICS[key].kind == "share"
-    return pa.bool_() if is_share else pa.float64()
 
 
 def _check_names(config: EvaluationConfig) -> None:
@@ -224,21 +187,26 @@ def _tasks(config: EvaluationConfig) -> list[Task]:
     episodes = len(config.scenarios) * len(config.arms) * len(config.seeds)
     size = max(config.width, min(len(config.seeds), episodes // (8 * config.workers)))
     tasks = [
-        Task(
-            environment=config.environment_of(arm, choice),
-            scenario=choice.name,
-            arm=arm.name,
-            policy=arm.policy,
-            seeds=config.seeds[first : first + size],
-            recorded_seeds=config.seeds[: config.replay_candidates],
-            width=config.width,
-        )
+        _task(config, arm, choice, config.seeds[first : first + size])
         for choice in config.scenarios
         for arm in config.arms
         for first in range(0, len(config.seeds), size)
     ]
     # The dearest go first, so that no worker starts one when the others are done.
     return sorted(tasks, key=lambda task: _CHEAPNESS.get(task.environment.forecaster, 0))
+
+
+def _task(
+    config: EvaluationConfig, arm: Arm, choice: ScenarioChoice, seeds: tuple[int, ...]
+) -> Task:
+    return Task(
+        environment=config.environment_of(arm, choice),
+        scenario=choice.name,
+        arm=arm.name,
+        policy=arm.policy,
+        seeds=seeds,
+        width=config.width,
+    )
 
 
 _STATED_PACKAGES = ("torch", "numpy", "pymunk", "gymnasium")
@@ -250,12 +218,6 @@ def _ordering(config: EvaluationConfig) -> Callable[[Row], tuple[int, int, Any]]
     scenarios = {choice.name: index for index, choice in enumerate(config.scenarios)}
     arms = {arm.name: index for index, arm in enumerate(config.arms)}
     return lambda row: (scenarios[str(row["scenario"])], arms[str(row["arm"])], row["seed"])
-
-
-def _outcome(row: Row) -> str:
-    """How an episode ended, as one word."""
-    outcomes = ("success", "collision_pedestrian", "collision_wall", "timeout")
-    return next(name for name in outcomes if row[name])
 
 
 def _run_facts(config: EvaluationConfig, command: str, seconds: float) -> dict[str, Any]:

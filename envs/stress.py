@@ -14,8 +14,10 @@ from matplotlib.figure import Figure
 
 from crowdsim.recordings.store import write_atomic
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
-from envs.evaluation import Progress, Row, evaluate, rows_as_parquet
+from envs.episode_rows import Row, rows_as_parquet
+from envs.evaluation import Progress, evaluate
 from envs.findings import number, share
+from envs.finished_tasks import FinishedTasks
 from envs.metric_table import METRICS, aggregate_name
 
 HORIZONS = (0.4, 1.2, 2.4, 4.8, 7.2, 9.6)
@@ -84,13 +86,20 @@ class Stress:
     table: dict[str, Any]
 
 
-def stress(config: StressConfig, *, progress: Progress | None = None, command: str = "") -> Stress:
+def stress(
+    config: StressConfig,
+    *,
+    progress: Progress | None = None,
+    command: str = "",
+    finished: FinishedTasks | None = None,
+) -> Stress:
     """Runs every forecaster at every horizon, and the planner without forecasts.
 
     Args:
         config: What is varied.
         progress: Called with the number of finished episodes and of all.
         command: How this was called, for the record.
+        finished: As `envs.evaluation.evaluate` takes it.
 
     Raises:
         ValueError: A bad name or value, before any episode is run.
@@ -113,6 +122,7 @@ def stress(config: StressConfig, *, progress: Progress | None = None, command: s
         ),
         progress=progress,
         command=command,
+        finished=finished,
     )
     group = evaluation.summary["scenarios"][config.scenario.name]
     curves: dict[str, list[dict[str, Any]]] = {}

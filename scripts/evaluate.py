@@ -17,6 +17,7 @@ def evaluate(
     environment: dict[str, Any] | None = None,
     reference: str = "",
     workers: PositiveInt = 1,
+    resume: bool = False,
     out: Path = Path("runs/evaluate"),
     json: Path | None = None,
     seed: NonNegativeInt = 0,
@@ -28,13 +29,15 @@ def evaluate(
 
     Args:
         policies: `straight`, `mppi`, or folders written by `crowdnav train-policy`.
-        forecasters: `none`, `constant_velocity`, `iterative_attention`, or checkpoints.
+        forecasters: `none`, `constant_velocity`, `constant_velocity_map`, `iterative_attention`,
+            checkpoints, `oracle`, or `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
         scenarios: Names of scenarios.
         seeds: Number of episodes of each arm in each scenario, or their seeds: `20` or `3,5,8`.
         environment: Keywords of the environment for all arms, such as {"robot": "holonomic"}.
         reference: Arm that differences are taken against, such as `mppi/none`; the first one if
             empty.
         workers: Processes, one thread each; no result depends on their number.
+        resume: Go on where an interrupted run with the same options stopped.
         out: Folder of the results.
         json: File for a copy of the summary.
         seed: Added to every episode's seed; also seeds the bootstrap.
@@ -45,6 +48,7 @@ def evaluate(
     from envs.evaluation import evaluate as run
     from envs.evaluation import write_evaluation
     from envs.report import build_report
+    from scripts.interruption import kept_tasks
     from scripts.progress import episodes_bar
     from scripts.tables import print_summary
 
@@ -57,11 +61,10 @@ def evaluate(
         workers=workers,
         statistics_seed=seed,
     )
-    with episodes_bar() as progress:
-        found = run(
-            config, progress=progress, command=f"crowdnav evaluate --config {out}/config.yaml"
-        )
-    write_evaluation(found, out)
+    command = f"crowdnav evaluate --config {out}/config.yaml"
+    with kept_tasks(out, resume) as finished, episodes_bar() as progress:
+        found = run(config, progress=progress, command=command, finished=finished)
+        write_evaluation(found, out)
     build_report(found, out / "report.html")
     write_json(json, found.summary)
     print_summary(found.summary)

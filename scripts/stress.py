@@ -18,6 +18,7 @@ def stress(
     seeds: Seeds = Seeds(20),
     environment: dict[str, Any] | None = None,
     workers: PositiveInt = 1,
+    resume: bool = False,
     out: Path = Path("runs/stress"),
     json: Path | None = None,
     seed: NonNegativeInt = 0,
@@ -30,7 +31,7 @@ def stress(
     Args:
         horizons: Horizons [s], whole multiples of 0.4 s, such as [0.4,4.8]; 0.4 to 9.6 s if not
             given.
-        forecasters: `constant_velocity`, `iterative_attention`, or checkpoints.
+        forecasters: As `crowdnav evaluate` takes them, without `none`.
         policy: `mppi@SECONDS`, which plans that far ahead whatever the horizon of the forecasts,
             `mppi` (4.8 s), `straight`, or a folder written by `crowdnav train-policy`.
         scenario: Name of the scenario.
@@ -38,6 +39,7 @@ def stress(
         seeds: Number of episodes of each forecaster at each horizon, or their seeds.
         environment: Keywords of the environment for all, such as {"robot": "holonomic"}.
         workers: Processes, one thread each; no result depends on their number.
+        resume: Go on where an interrupted run with the same options stopped.
         out: Folder of the results.
         json: File for a copy of `stress.json`.
         seed: Added to every episode's seed.
@@ -47,6 +49,7 @@ def stress(
     from envs.comparison import ScenarioChoice
     from envs.stress import HORIZONS, StressConfig, stress_table, write_stress
     from envs.stress import stress as run
+    from scripts.interruption import kept_tasks
     from scripts.progress import episodes_bar
 
     config = StressConfig(
@@ -61,11 +64,10 @@ def stress(
         environment={} if environment is None else environment,
         workers=workers,
     )
-    with episodes_bar() as progress:
-        found = run(
-            config, progress=progress, command=f"crowdnav stress --config {out}/config.yaml"
-        )
-    write_stress(found, out)
+    command = f"crowdnav stress --config {out}/config.yaml"
+    with kept_tasks(out, resume) as finished, episodes_bar() as progress:
+        found = run(config, progress=progress, command=command, finished=finished)
+        write_stress(found, out)
     write_json(json, found.table)
     print(stress_table(found.table))
     print(f"Curves in {out / 'stress.svg'}, this table in {out / 'stress.md'}")

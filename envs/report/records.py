@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.map import Map
 from crowdsim.render import render_map
-from envs.evaluation import RecordedEpisode
 from envs.metrics import forecast_columns
+from envs.replays import RecordedEpisode
 from envs.trace import Trace
 
 Bounds = tuple[float, float, float, float]

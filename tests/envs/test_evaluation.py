@@ -7,9 +7,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+import envs.evaluation
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
 from envs.config import make_config
-from envs.evaluation import Evaluation, evaluate, write_evaluation
+from envs.episode_rows import Row
+from envs.evaluation import Evaluation, Task, evaluate, write_evaluation
+from envs.finished_tasks import FinishedTasks
 from envs.metric_table import METRICS
 from envs.runs import run_episode, run_episodes
 from envs.summary import ALL_SCENARIOS, summarize
@@ -35,7 +38,10 @@ def evaluation() -> Evaluation:
 
 def comparable(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Rows without wall-clock time, and with NaN equal to itself."""
-    return [{key: str(value) for key, value in row.items() if key != "forecast_ms"} for row in rows]
+    return [
+        {key: str(value) for key, value in sorted(row.items()) if key != "forecast_ms"}
+        for row in rows
+    ]
 
 
 def test_one_row_per_episode_with_every_metric(evaluation: Evaluation) -> None:
@@ -96,6 +102,55 @@ def test_an_episode_does_not_depend_on_those_beside_it() -> None:
     np.testing.assert_array_equal(together[6].robot_position, alone.robot_position)
     np.testing.assert_array_equal(together[6].position, alone.position)
     np.testing.assert_array_equal(together[6].forecast, alone.forecast)
+
+
+def test_an_interrupted_evaluation_goes_on_where_it_stopped(
+    evaluation: Evaluation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finished = FinishedTasks(tmp_path / "finished")
+
+    def stop_after(done: int, of: int) -> None:
+        if done == 7:
+            raise KeyboardInterrupt
+
+    config = small_config(width=3)
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(config, progress=stop_after, finished=finished)
+    assert len(list(finished.folder.iterdir())) == 2
+
+    simulated = []
+
+    def watched(environment: Any, policy: str, seeds: tuple[int, ...], width: int) -> Any:
+        simulated.append((environment.scenario, environment.forecaster))
+        return run_episodes(environment, policy, seeds, width)
+
+    monkeypatch.setattr(envs.evaluation, "run_episodes", watched)
+    resumed = evaluate(config, finished=finished)
+    assert comparable(resumed.rows) == comparable(evaluation.rows)
+    measured, replayed = simulated[:2], simulated[2:]
+    assert sorted(measured) == [("circular_crossing", "none"), ("narrow_doorway", "none")]
+    assert len(replayed) == 4
+
+
+def test_other_tasks_are_not_taken_for_finished(tmp_path: Path) -> None:
+    policy = tmp_path / "policy"
+    policy.mkdir()
+    (policy / "weights").write_bytes(b"1")
+    finished = FinishedTasks(tmp_path / "finished")
+    config = small_config(arms=(Arm(policy=str(policy)),), seeds=(0, 1))
+    choice = config.scenarios[0]
+
+    def task(**changes: Any) -> Task:
+        fields = {"scenario": choice.name, "arm": "a", "policy": str(policy), "width": 1}
+        environment = config.environment_of(config.arms[0], choice)
+        return Task(**(fields | {"environment": environment, "seeds": (0, 1)} | changes))
+
+    row: Row = {"scenario": "s", "seed": 3, "success": True, "time_to_goal": np.nan}
+    finished.keep(task(), [row])
+    assert str(finished.rows_of(task())) == str([row])
+    assert finished.rows_of(task(seeds=(0, 2))) is None
+    (policy / "weights").write_bytes(b"2")
+    assert finished.rows_of(task()) is None
 
 
 def test_the_crowd_is_compared_with_its_twin(evaluation: Evaluation) -> None:

@@ -13,9 +13,10 @@ from hand_made_traces import DT, make_trace, walk
 from crowdsim.map import Map
 from crowdsim.recordings import Picture
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
-from envs.evaluation import Evaluation, RecordedEpisode
+from envs.evaluation import Evaluation
 from envs.findings import findings
 from envs.metrics import navigation_metrics
+from envs.replays import RecordedEpisode
 from envs.report import build_report, write_picture, write_video
 from envs.report.page import embedded_json
 from envs.report.records import pack, pack_episode, view_bounds, view_image
