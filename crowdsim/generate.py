@@ -1,94 +1,37 @@
-"""Data sets of simulated crowds, the same bytes for any number of worker processes."""
+"""Data sets of simulated crowds, the same bytes however they are made.
+
+Neither the number of worker processes nor how often the making was killed and resumed matters:
+every recording is drawn from the plan and its own number alone.
+"""
 
 import math
 import multiprocessing
-from collections.abc import Iterator, Sequence
+import os
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
-from crowdsim.recordings import FRAME_DT, Picture, Recording
+from crowdsim.motion import ModelChoice, draw_models
+from crowdsim.record import SCENE_STEPS, record
+from crowdsim.recordings import FRAME_DT, Recording
 from crowdsim.recordings.rate import SPEED_RANGE
-from crowdsim.recordings.store import require_no_dataset, write_manifest, write_shard
-from crowdsim.render import render_map
-from crowdsim.scenario import Scenario
-from crowdsim.scenarios import SCENARIOS, make_scenario
+from crowdsim.recordings.store import shard_name, write_shard
+from crowdsim.scenarios import SCENARIOS, find_scenario, make_scenario
 from crowdsim.scenarios.mixed import MIXED, draw_mixed
-from crowdsim.world import World
+from crowdsim.scenarios.scenario_file import digest, is_scenario_file
+from crowdsim.unfinished import Entry, claim, finish, standing, write_entry
 
 PER_SHARD: Final = 8
 """Recordings per file; a constant, so that the files do not depend on the workers."""
-SCENE_STEPS: Final = 20
-"""Rows of a training scene: somebody must be seen that long."""
-PHYSICS_DT: Final = 0.05
-
-
-def record(
-    scenario: Scenario,
-    rng: np.random.Generator,
-    *,
-    name: str,
-    seconds: float = 60.0,
-    warmup: float = 4.0,
-    frame_dt: float = FRAME_DT,
-) -> Recording:
-    """Run a world without a robot and write down where everybody is.
-
-    Args:
-        scenario: Initial conditions.
-        rng: Source of the world's draws.
-        name: Name of the recording.
-        seconds: Length of the recording [s].
-        warmup: Time that passes before it begins [s].
-        frame_dt: Time between two rows [s], a whole multiple of `PHYSICS_DT`.
-
-    Returns:
-        Recording whose `frames` count from 0, with the map as its picture.
-
-    Raises:
-        ValueError: The clocks do not fit, or nobody is seen for `SCENE_STEPS` rows on end.
-    """
-    per_frame = round(frame_dt / PHYSICS_DT)
-    if per_frame < 1 or not math.isclose(per_frame * PHYSICS_DT, frame_dt):
-        raise ValueError(f"frame_dt must be a multiple of {PHYSICS_DT} s, got {frame_dt}")
-    world = World(scenario, rng=rng, physics_dt=PHYSICS_DT)
-    for _ in range(round(warmup / PHYSICS_DT)):
-        world.step()
-    frames, ids, positions = [], [], []
-    for frame in range(round(seconds / frame_dt)):
-        seen = world.valid
-        frames.append(np.full(int(seen.sum()), frame, dtype=np.int64))
-        ids.append(world.ids[seen])
-        positions.append(world.positions[seen])
-        for _ in range(per_frame):
-            world.step()
-    if sum(len(part) for part in frames) == 0:
-        raise ValueError(f"{name}: expected a crowd, found no pedestrian")
-    recording = Recording.from_rows(
-        name,
-        np.concatenate(frames),
-        np.concatenate(ids),
-        np.concatenate(positions),
-        dt=frame_dt,
-        picture=Picture(*render_map(scenario.map)),
-    ).regular()
-    _require_scene(recording)
-    return recording
-
-
-def _require_scene(recording: Recording) -> None:
-    for row in recording.windows(SCENE_STEPS - 1, 1):
-        if recording.valid[row : row + SCENE_STEPS].all(axis=0).any():
-            return
-    raise ValueError(
-        f"{recording.name}: expected somebody seen for {SCENE_STEPS} rows on end, found nobody"
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,14 +39,17 @@ class Plan:
     """What a data set is made of; with it every recording can be drawn alone.
 
     Attributes:
-        scenarios: Names in `SCENARIOS`, or `mixed`; recording i takes number i, in a circle.
+        scenarios: Names in `SCENARIOS`, scenario files, or `mixed`; recording i takes number i,
+            in a circle.
         recordings: Number of recordings.
         seconds: Length of each [s].
         warmup: Time that passes before each begins [s].
         seed: Root of all draws.
+        model: Motion model of all people, or the share of each; None leaves it to the scenario.
 
     Raises:
-        ValueError: An unknown scenario, or a number out of range.
+        ValueError: An unknown scenario or model, or a number out of range.
+        FileNotFoundError: No such scenario file.
     """
 
     scenarios: tuple[str, ...]
@@ -111,12 +57,12 @@ class Plan:
     seconds: float
     warmup: float
     seed: int
+    model: ModelChoice | None = None
 
     def __post_init__(self) -> None:
-        known = (MIXED, *SCENARIOS)
-        unknown = [name for name in self.scenarios if name not in known]
-        if unknown or not self.scenarios:
-            raise ValueError(f"scenarios must be among {', '.join(known)}, got {self.scenarios}")
+        self._check_scenarios()
+        if self.model is not None:
+            draw_models(np.random.default_rng(0), 0, self.model)
         if self.recordings < 1:
             raise ValueError(f"expected at least one recording, got {self.recordings}")
         if self.seconds < SCENE_STEPS * FRAME_DT or self.warmup < 0.0:
@@ -127,6 +73,19 @@ class Plan:
         if self.seed < 0:
             raise ValueError(f"seed must be at least 0, got {self.seed}")
 
+    def _check_scenarios(self) -> None:
+        named = [name for name in self.scenarios if not is_scenario_file(name)]
+        known = (MIXED, *SCENARIOS)
+        if not self.scenarios or not set(named) <= set(known):
+            raise ValueError(f"scenarios must be among {', '.join(known)}, got {self.scenarios}")
+        for name in set(self.scenarios) - set(named):
+            find_scenario(name)
+
+    @property
+    def shards(self) -> int:
+        """Number of files that the recordings lie in."""
+        return math.ceil(self.recordings / PER_SHARD)
+
     def make(self, index: int) -> Recording:
         """Simulate recording number `index`; depends on nothing but the plan and the number."""
         scenario_rng, world_rng = (
@@ -136,13 +95,26 @@ class Plan:
         name, parameters = self.scenarios[index % len(self.scenarios)], dict[str, Any]()
         if name == MIXED:
             name, parameters = draw_mixed(scenario_rng)
+        if self.model is not None:
+            parameters["model"] = self.model
         return record(
             make_scenario(name, scenario_rng, **parameters),
             world_rng,
-            name=f"{name}-{index:05d}",
+            name=f"{Path(name).stem}-{index:05d}",
             seconds=self.seconds,
             warmup=self.warmup,
         )
+
+    def as_json(self) -> dict[str, Any]:
+        """The plan as the manifest holds it, with the digests of the scenario files."""
+        files = sorted({name for name in self.scenarios if is_scenario_file(name)})
+        model = dict(self.model) if isinstance(self.model, Mapping) else self.model
+        return {
+            **vars(self),
+            "scenarios": list(self.scenarios),
+            "model": model,
+            "files": {name: digest(name) for name in files},
+        }
 
 
 def generate_dataset(
@@ -153,93 +125,130 @@ def generate_dataset(
     seconds: float = 60.0,
     warmup: float = 4.0,
     seed: int = 0,
+    model: ModelChoice | None = None,
     workers: int = 1,
+    resume: bool = False,
     progress: bool = True,
 ) -> dict[str, float]:
     """Simulate crowds and store them; read them back with `read_recordings`.
 
     Args:
-        out: Folder of the data set; must not hold one yet.
-        scenarios: Names in `SCENARIOS`, or `mixed`.
+        out: Folder of the data set; must not hold one yet, unless `resume`.
+        scenarios: Names in `SCENARIOS`, scenario files, or `mixed`.
         hours: Simulated time altogether [h]; rounded up to whole recordings.
         seconds: Length of one recording [s].
         warmup: Time that passes before each recording begins [s].
         seed: Root of all draws.
+        model: Motion model of all people, or the share of each; None leaves it to the scenarios.
         workers: Processes; the bytes do not depend on it.
+        resume: Whether to go on with what stands in `out`: shards whose checksums hold are kept.
         progress: Whether to show a bar on stderr.
 
     Returns:
         Number of recordings, tracks and rows (positions), and the mean speed [m/s].
 
     Raises:
-        FileExistsError: The folder holds a data set already.
-        ValueError: A parameter is out of range, or a crowd came out empty or does not walk.
+        FileExistsError: The folder holds a data set already, and `resume` is false.
+        ValueError: A parameter is out of range, what stands was begun with another plan, or a
+            crowd came out empty or does not walk.
     """
-    out = Path(out)
-    require_no_dataset(out)
     if workers < 1:
         raise ValueError(f"workers must be at least 1, got {workers}")
+    out = Path(out)
     plan = Plan(
         scenarios=tuple(scenarios),
         recordings=math.ceil(hours * 3600.0 / seconds - 1e-9),
         seconds=seconds,
         warmup=warmup,
         seed=seed,
+        model=model,
     )
-    tasks = [(plan, out, shard) for shard in range(math.ceil(plan.recordings / PER_SHARD))]
-    entries, counts = [], []
-    with tqdm(total=plan.recordings, unit="recording", disable=not progress) as bar:
-        for entry, count in _run(tasks, min(workers, len(tasks))):
-            entries.append(entry)
-            counts.append(count)
-            bar.update(len(entry["recordings"]))
-    summary = _summary(np.concatenate(counts))
-    write_manifest(out, entries, {"plan": _json_plan(plan), "summary": summary})
+    claim(out, plan.as_json(), resume=resume)
+    entries = _make_missing(plan, out, workers, progress=progress)
+    summary = _summary(entries)
+    finish(out, entries, {"plan": plan.as_json(), "summary": summary})
     return summary
 
 
+def _make_missing(plan: Plan, out: Path, workers: int, *, progress: bool) -> list[Entry]:
+    """Make the shards that do not stand yet; entries of all, in their order."""
+    names = [shard_name(shard) for shard in range(plan.shards)]
+    entries = standing(out)
+    made = sum(len(entry["recordings"]) for entry in entries.values())
+    tasks = [(plan, out, shard) for shard, name in enumerate(names) if name not in entries]
+    with (
+        tqdm(total=plan.recordings, initial=made, unit="recording", disable=not progress) as bar,
+        closing(_run(tasks, workers)) as finished,
+    ):
+        for entry in finished:
+            entries[entry["file"]] = entry
+            bar.update(len(entry["recordings"]))
+    return [entries[name] for name in names]
+
+
 Task = tuple[Plan, Path, int]
-Done = tuple[dict[str, Any], NDArray[np.float64]]
 
 
-def _run(tasks: Sequence[Task], workers: int) -> Iterator[Done]:
-    if workers == 1:
+def _run(tasks: Sequence[Task], workers: int) -> Iterator[Entry]:
+    """Do the tasks, in this process or in some others; an interrupt ends them at once."""
+    if workers == 1 or len(tasks) < 2:
         yield from map(_make_shard, tasks)
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_take_one_thread) as pool:
-        yield from pool.map(_make_shard, tasks)
+    strangers = set(multiprocessing.active_children())
+    size = min(workers, len(tasks))
+    with ProcessPoolExecutor(size, mp_context=context, initializer=_start_worker) as pool:
+        try:
+            yield from pool.map(_make_shard, tasks)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for worker in set(multiprocessing.active_children()) - strangers:
+                worker.terminate()
+            raise
 
 
-def _take_one_thread() -> None:
+def _start_worker() -> None:
+    """One thread; the parent answers to interrupts; and nobody works on when it is gone."""
     cv2.setNumThreads(1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _make_shard(task: Task) -> Done:
-    """Simulate and store one shard; returns its manifest entry and (R, 3) tracks, rows, speed."""
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _make_shard(task: Task) -> Entry:
+    """Simulate and store one shard; returns its manifest entry, with counts per recording."""
     plan, out, shard = task
     numbers = range(shard * PER_SHARD, min((shard + 1) * PER_SHARD, plan.recordings))
     recordings = [plan.make(index) for index in numbers]
-    counts = [(len(part.ids), part.valid.sum(), part.mean_speed) for part in recordings]
-    return write_shard(out, shard, recordings), np.array(counts, dtype=np.float64)
+    counts = [(len(part.ids), int(part.valid.sum()), part.mean_speed) for part in recordings]
+    tracks, rows, speeds = (list(column) for column in zip(*counts, strict=True))
+    entry = write_shard(out, shard, recordings)
+    entry |= {"tracks": tracks, "rows": rows, "mean_speed": speeds}
+    write_entry(out, entry)
+    return entry
 
 
-def _summary(counts: NDArray[np.float64]) -> dict[str, float]:
+def _summary(entries: Sequence[Entry]) -> dict[str, float]:
     """Totals; refuses a data set in which people do not walk at a human pace."""
-    tracks, rows = counts[:, :2].sum(axis=0).tolist()
-    speed = float(np.average(counts[:, 2], weights=counts[:, 1]))
+    tracks, rows, speeds = (
+        np.concatenate([entry[key] for entry in entries])
+        for key in ("tracks", "rows", "mean_speed")
+    )
+    speed = float(np.average(speeds, weights=rows))
     if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
         raise ValueError(
             f"expected a crowd that walks at {SPEED_RANGE[0]}-{SPEED_RANGE[1]} m/s, "
             f"found a mean speed of {speed:.2f} m/s"
         )
     return {
-        "recordings": len(counts),
-        "tracks": int(tracks),
-        "rows": int(rows),
+        "recordings": len(rows),
+        "tracks": int(tracks.sum()),
+        "rows": int(rows.sum()),
         "mean_speed": round(speed, 4),
     }
-
-
-def _json_plan(plan: Plan) -> dict[str, Any]:
-    return {**vars(plan), "scenarios": list(plan.scenarios)}

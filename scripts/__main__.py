@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from jsonargparse import ArgumentParser
+from jsonargparse import ActionYesNo, ArgumentParser
 
 from scripts.benchmark import benchmark
 from scripts.demo import demo
@@ -43,6 +43,13 @@ LONGEST_LINE: Final = 600
 class Parser(ArgumentParser):
     """A parser that answers bad input with one line instead of its usage."""
 
+    def add_argument(self, *arguments: Any, **options: Any) -> Any:
+        """Add an option; one that is true or false needs no value to be set: `--resume`."""
+        if options.get("type") is bool:
+            options = {key: value for key, value in options.items() if key != "type"}
+            options |= {"action": ActionYesNo, "nargs": "?"}
+        return super().add_argument(*arguments, **options)
+
     def error(self, message: str, ex: Exception | None = None) -> NoReturn:
         """Print what was expected and found, and exit with status 2."""
         self.exit(2, one_line(message))
@@ -64,8 +71,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         chosen = parser.parse_args(arguments)
         name = chosen.subcommand
         run(COMMANDS[name], subparsers[name], chosen[name])
-    except KeyboardInterrupt:
-        sys.stderr.write(one_line("interrupted", kind="stopped"))
+    except KeyboardInterrupt as interrupt:
+        hint = str(interrupt)
+        sys.stderr.write(one_line(hint if hint else "interrupted", kind="stopped"))
         return 130
     except (ValueError, OSError) as error:
         # The packages raise these at their borders, where input is judged. Anything else is a

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crowdsim.generate import PER_SHARD, PHYSICS_DT, Plan, generate_dataset, record
+from crowdsim.generate import PER_SHARD, Plan, generate_dataset
+from crowdsim.record import PHYSICS_DT, record
 from crowdsim.recordings import iter_recordings, read_recordings
 from crowdsim.scenarios import make_scenario
 from crowdsim.world import World
@@ -73,6 +74,8 @@ def test_a_refused_call_writes_no_data_set(tmp_path):
         ({"seconds": 1.0}, "at least 8 s"),
         ({"workers": 0}, "workers"),
         ({"seed": -1}, "seed"),
+        ({"model": "teleport"}, "social_force"),
+        ({"model": {"orca": 0.5}}, "add up to 1"),
     ):
         with pytest.raises(ValueError, match=message):
             generate_dataset(tmp_path / "set", progress=False, **wrong)
@@ -94,3 +97,25 @@ def test_the_manifest_says_what_was_made(tmp_path):
     assert summary["recordings"] == len(list(iter_recordings(tmp_path))) == 2
     with pytest.raises(FileExistsError):
         generate_dataset(tmp_path, progress=False)
+
+
+def test_people_move_by_the_model_that_is_asked_for():
+    asked = {"scenarios": ("circular_crossing",), "recordings": 1, "seconds": 10.0, "warmup": 0.0}
+    default, same, other = (
+        Plan(**asked, seed=0, model=model).make(0).positions
+        for model in (None, "social_force", {"orca": 1.0})
+    )
+    np.testing.assert_array_equal(default, same)
+    np.testing.assert_array_equal(default[0], other[0])
+    assert np.abs(default[-1] - other[-1]).max() > 0.5
+
+
+def test_a_scenario_file_makes_a_data_set(tmp_path):
+    file = tmp_path / "few.yaml"
+    file.write_text("scenario: circular_crossing\nparameters: {pedestrians: 3}\n")
+    few = {"scenarios": [str(file)], "hours": 10 / 3600, "seconds": 10.0, "progress": False}
+    assert generate_dataset(tmp_path / "set", **few)["tracks"] == 3
+    assert read_recordings(tmp_path / "set")[0].name == "few-00000"
+    file.write_text("scenario: circular_crossing\nparameters: {pedestrians: 4}\n")
+    with pytest.raises(ValueError, match=r"files was .*few\.yaml"):
+        generate_dataset(tmp_path / "set", **few, resume=True)
