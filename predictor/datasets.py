@@ -1,7 +1,7 @@
 """Where crowds to train on and to test on come from, by the name that a command is given."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -10,11 +10,18 @@ from crowdsim.recordings import (
     Recording,
     eth_ucy_fold,
     read_recordings,
+    sdd_part,
 )
 from crowdsim.recordings.store import read_manifest
 
+Unit = Literal["m", "px"]
+
 VALIDATION_SHARE = 0.1
 """Share of the recordings of a folder that is kept for validation."""
+
+SDD_VALIDATION: Final = ("bookstore_2", "gates_1", "hyang_6", "nexus_9")
+"""Videos of the training part of SDD that validate: 1344 of its 8494 snippets. There is no official
+choice; like the test part, they show places that other videos of the training part show too."""
 
 
 def read_training(data: str) -> tuple[list[Recording], list[Recording]]:
@@ -22,8 +29,9 @@ def read_training(data: str) -> tuple[list[Recording], list[Recording]]:
 
     Args:
         data: `eth_ucy:<fold>` or `<folder of the data>:<fold>` for the parts of that leave-one-out
-            fold (cut in time by the standard files), or a folder written by `crowdnav generate`
-            (every tenth recording, drawn once and for all, validates).
+            fold (cut in time by the standard files), `sdd` or the folder of that data (the
+            videos `SDD_VALIDATION` validate), or a folder written by `crowdnav generate` (every
+            tenth recording, drawn once and for all, validates).
 
     Raises:
         FileNotFoundError: The data is not there.
@@ -32,20 +40,29 @@ def read_training(data: str) -> tuple[list[Recording], list[Recording]]:
     root, fold = _split_fold(data)
     if fold is not None:
         return eth_ucy_fold(root, fold, "train"), eth_ucy_fold(root, fold, "val")
+    if _is_sdd(data):
+        return _parted(sdd_part(_sdd_root(data), "train"), set(SDD_VALIDATION))
     recordings = read_recordings(Path(data))
     if len(recordings) < 2:
         raise ValueError(f"{data}: expected at least 2 recordings, found {len(recordings)}")
     count = max(1, round(VALIDATION_SHARE * len(recordings)))
-    validation = set(np.random.default_rng(0).permutation(len(recordings))[:count].tolist())
+    chosen = np.random.default_rng(0).permutation(len(recordings))[:count]
+    return _parted(recordings, {recordings[i].name for i in chosen})
+
+
+def _parted(
+    recordings: list[Recording], validation: set[str]
+) -> tuple[list[Recording], list[Recording]]:
+    """Those to train on, and those named in `validation`."""
     return (
-        [r for i, r in enumerate(recordings) if i not in validation],
-        [r for i, r in enumerate(recordings) if i in validation],
+        [recording for recording in recordings if recording.name not in validation],
+        [recording for recording in recordings if recording.name in validation],
     )
 
 
 def describe(data: str) -> dict[str, Any]:
-    """How a folder of recordings was made, as its manifest says; empty for ETH/UCY."""
-    if _split_fold(data)[1] is not None:
+    """How a folder of recordings was made, as its manifest says; empty for real data."""
+    if _split_fold(data)[1] is not None or _is_sdd(data):
         return {}
     metadata: dict[str, Any] = read_manifest(Path(data))["metadata"]
     return metadata
@@ -55,8 +72,9 @@ def read_tests(data: str) -> dict[str, list[Recording]]:
     """Recordings to test on, by fold.
 
     Args:
-        data: The ETH/UCY folder (its five folds), that folder with `:<fold>` (that fold only), or a
-            folder written by `crowdnav generate` (one fold by its name).
+        data: The ETH/UCY folder (its five folds), that folder with `:<fold>` (that fold only),
+            `sdd` or the folder of that data (the standard test part), or a folder written by
+            `crowdnav generate` (one fold by its name).
 
     Raises:
         FileNotFoundError: The data is not there.
@@ -66,14 +84,42 @@ def read_tests(data: str) -> dict[str, list[Recording]]:
     if fold is not None:
         return {fold: eth_ucy_fold(root, fold, "test")}
     folder = Path(data)
-    if data == "eth_ucy" or _is_eth_ucy(folder):
+    names = fold_names(data)
+    if names == ETH_UCY_FOLDS:
         root = folder if _is_eth_ucy(folder) else None
-        return {name: eth_ucy_fold(root, name, "test") for name in ETH_UCY_FOLDS}
-    return {folder.resolve().name: read_recordings(folder)}
+        return {name: eth_ucy_fold(root, name, "test") for name in names}
+    found = sdd_part(_sdd_root(data), "test") if _is_sdd(data) else read_recordings(folder)
+    return {names[0]: found}
 
 
-def _is_eth_ucy(folder: Path) -> bool:
-    return any((f / "splits" / "loo.json").is_file() for f in (folder, folder / "eth_ucy"))
+def fold_names(data: str) -> tuple[str, ...]:
+    """The folds that `read_tests` reads; nothing is read for it."""
+    folder, fold = Path(data), _split_fold(data)[1]
+    if fold is not None:
+        return (fold,)
+    if _is_sdd(data):
+        return ("sdd",)
+    if data == "eth_ucy" or _is_eth_ucy(folder):
+        return ETH_UCY_FOLDS
+    return (folder.resolve().name,)
+
+
+def unit_of(data: str) -> Unit:
+    """What the errors on some tests are told in: pixels of the picture for SDD, else metres."""
+    return "px" if _is_sdd(data) else "m"
+
+
+def usual_min_ped(data: str) -> int:
+    """What the literature asks of a window: ETH/UCY more than one agent, SDD nothing."""
+    return 0 if _is_sdd(data) else 1
+
+
+def _is_sdd(data: str) -> bool:
+    return data == "sdd" or (Path(data) / "standard_test.csv.gz").is_file()
+
+
+def _sdd_root(data: str) -> Path | None:
+    return None if data == "sdd" else Path(data)
 
 
 def _split_fold(data: str) -> tuple[Path | None, str | None]:

@@ -1,6 +1,6 @@
 """Forecasters against recorded crowds, by the protocol of the literature; honest tables only."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from crowdsim.recordings import Recording
-from predictor.datasets import read_tests
+from predictor.datasets import Unit, read_tests, unit_of, usual_min_ped
 from predictor.forecaster import Forecaster
 from predictor.metrics import MOVING_DISPLACEMENT, ade, displacement_errors, fde, moves
 from predictor.scenes import Scene, scenes
@@ -27,7 +27,7 @@ class TrajectoryErrors:
     """Errors of M forecast trajectories.
 
     Attributes:
-        errors: (M, F) displacement errors [m].
+        errors: (M, F) displacement errors, in metres or pixels.
         moving: (M,) bool, who moves in its window (`metrics.moves`).
         agents: (M,) agents in the window of each trajectory.
         windows: (M,) number of the window.
@@ -40,39 +40,80 @@ class TrajectoryErrors:
 
 
 def evaluate(
-    forecaster: Forecaster, data: str, *, min_ped: int = 1, progress: bool = False
+    forecaster: Forecaster, data: str, *, min_ped: int | None = None, progress: bool = False
 ) -> dict[str, Any]:
     """Errors of a forecaster on the test parts of a data set.
 
     Args:
         forecaster: What to test.
         data: As `predictor.datasets.read_tests`.
-        min_ped: Which table stands at the top level; 0 or 1.
+        min_ped: Which table stands at the top level, 0 or 1; None takes the usual one of the data.
         progress: Show a progress bar.
 
     Returns:
-        JSON-able `{"folds": {fold: row}, "mean": row, "protocol": {...}, "min_ped_0": {"folds",
-        "mean"}, "min_ped_1": {"folds", "mean"}}`. A row has `ade`, `fde` [m], `n` trajectories,
-        `windows`, `error_per_step` [m] and `moving` (`ade`, `fde`, `n`, `share`). The mean is over
-        folds, unweighted.
+        As `evaluate_folds`.
 
     Raises:
         FileNotFoundError: The data is not there.
         ValueError: The data is unfit, or `min_ped` is another number.
     """
-    if min_ped not in MIN_PED:
+    limit = checked_min_ped(min_ped, data)
+    tests = read_tests(data)
+    everywhere = dict.fromkeys(tests, forecaster)
+    return evaluate_folds(everywhere, tests, data=data, min_ped=limit, progress=progress)
+
+
+def checked_min_ped(min_ped: int | None, data: str) -> int:
+    """The limit asked for, or the usual one of the data.
+
+    Raises:
+        ValueError: `min_ped` is another number than 0 and 1.
+    """
+    if min_ped is not None and min_ped not in MIN_PED:
         raise ValueError(f"min_ped must be one of {MIN_PED}, got {min_ped}")
+    return usual_min_ped(data) if min_ped is None else min_ped
+
+
+def evaluate_folds(
+    forecasters: Mapping[str, Forecaster],
+    tests: Mapping[str, Sequence[Recording]],
+    *,
+    data: str,
+    min_ped: int,
+    progress: bool = False,
+) -> dict[str, Any]:
+    """Errors on the test part of each fold, of the forecaster that never saw it.
+
+    Args:
+        forecasters: What to test, by fold.
+        tests: Recordings to test on, by fold.
+        data: Where they come from, as `predictor.datasets.read_tests`.
+        min_ped: Which table stands at the top level; 0 or 1.
+        progress: Show a progress bar.
+
+    Returns:
+        JSON-able `{"folds": {fold: row}, "mean": row, "protocol": {...}, "min_ped_0": {"folds",
+        "mean"}, "min_ped_1": {"folds", "mean"}}`. A row has `ade`, `fde` (in the protocol's
+        `unit`), `n` trajectories, `windows`, `error_per_step` and `moving` (`ade`, `fde`, `n`,
+        `share`). The mean is over folds, unweighted.
+
+    Raises:
+        ValueError: The data is unfit.
+    """
+    unit = unit_of(data)
     found = {
-        fold: trajectory_errors(forecaster, recordings, progress=progress)
-        for fold, recordings in read_tests(data).items()
+        fold: trajectory_errors(forecasters[fold], recordings, unit=unit, progress=progress)
+        for fold, recordings in tests.items()
     }
     tables = {limit: _table(found, limit) for limit in MIN_PED}
+    one = next(iter(forecasters.values()))
     protocol = {
-        "forecaster": forecaster.name,
+        "forecaster": one.name,
         "data": data,
-        "history_steps": forecaster.history_steps,
-        "forecast_steps": forecaster.forecast_steps,
-        "frame_dt": forecaster.frame_dt,
+        "unit": unit,
+        "history_steps": one.history_steps,
+        "forecast_steps": one.forecast_steps,
+        "frame_dt": one.frame_dt,
         "window": "consecutive listed frames, stride 1; agents are present in all of them",
         "min_ped": min_ped,
         "samples": 1,
@@ -84,18 +125,29 @@ def evaluate(
 
 
 def trajectory_errors(
-    forecaster: Forecaster, recordings: Sequence[Recording], *, progress: bool = False
+    forecaster: Forecaster,
+    recordings: Sequence[Recording],
+    *,
+    unit: Unit = "m",
+    progress: bool = False,
 ) -> TrajectoryErrors:
     """Forecast every agent of every window of some recordings.
 
+    Args:
+        forecaster: What to test.
+        recordings: On what.
+        unit: `px` tells errors in pixels of the pictures of the recordings.
+        progress: Show a progress bar.
+
     Raises:
-        ValueError: Another `dt` than the forecaster's, or no window with an agent.
+        ValueError: Another `dt` than the forecaster's, no window with an agent, or pixels where a
+            recording has no picture.
     """
     errors, moving, agents = [], [], []
     bar = tqdm(desc=recordings[0].name, unit="window", disable=not progress)
     for chunk in _chunks(_all_scenes(forecaster, recordings)):
         for scene, forecast in zip(chunk, forecast_scenes(forecaster, chunk), strict=True):
-            errors.append(displacement_errors(forecast, scene.future).T)
+            errors.append(displacement_errors(*_in(unit, scene, forecast, scene.future)).T)
             moving.append(moves(scene.history[:, scene.agents], scene.future))
             agents.append(len(scene.agents))
         bar.update(len(chunk))
@@ -108,6 +160,21 @@ def trajectory_errors(
         agents=np.repeat(agents, agents),
         windows=np.repeat(np.arange(len(agents)), agents),
     )
+
+
+def _in(unit: Unit, scene: Scene, *points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """World points [m] in the unit of the errors."""
+    if unit == "m":
+        return list(points)
+    homography = scene.recording.pixel_from_world
+    if homography is None:
+        raise ValueError(f"{scene.recording.name}: errors in pixels need a picture, found none")
+    projected = [to_homogeneous @ homography.T for to_homogeneous in map(_homogeneous, points)]
+    return [p[..., :2] / p[..., 2:] for p in projected]
+
+
+def _homogeneous(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
 
 
 def _all_scenes(forecaster: Forecaster, recordings: Sequence[Recording]) -> Iterator[Scene]:

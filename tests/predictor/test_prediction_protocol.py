@@ -8,6 +8,7 @@ from hand_made_crowds import walkers
 
 from crowdsim.recordings import write_recordings
 from predictor.constant_velocity import ConstantVelocityForecaster
+from predictor.datasets import SDD_VALIDATION, read_training
 from predictor.evaluate import evaluate
 from predictor.metrics import ade, displacement_errors, fde, moves
 
@@ -78,6 +79,23 @@ def test_lone_people_count_only_with_min_ped_0(tmp_path: Path) -> None:
     assert (rows["min_ped_0"]["windows"], rows["min_ped_0"]["n"]) == (3, 5)
     assert (rows["min_ped_1"]["windows"], rows["min_ped_1"]["n"]) == (1, 3)
     assert rows["min_ped_1"]["moving"]["share"] == 1.0
+
+
+def test_constant_velocity_on_sdd(data_root: Path) -> None:
+    table = evaluate(ConstantVelocityForecaster(), str(data_root / "sdd"))
+    row = table["folds"]["sdd"]
+    assert (table["protocol"]["unit"], table["protocol"]["min_ped"]) == ("px", 0)
+    assert row["n"] == 2829
+    assert (row["ade"], row["fde"]) == pytest.approx((19.74, 40.05), abs=5e-3)
+
+
+def test_sdd_validates_on_videos_of_its_own(data_root: Path) -> None:
+    training, validation = read_training(str(data_root / "sdd"))
+    names = {r.name for r in training}, {r.name for r in validation}
+    assert names[1] == set(SDD_VALIDATION)
+    assert not names[0] & names[1]
+    assert len(names[0] | names[1]) == 30
+    assert sum(len(r.ids) for r in validation) == 1344
 
 
 def test_min_ped_is_0_or_1() -> None:
