@@ -114,6 +114,10 @@ def usual_min_ped(data: str) -> int:
     return 0 if _is_sdd(data) else 1
 
 
+def _is_eth_ucy(folder: Path) -> bool:
+    return any((f / "splits" / "loo.json").is_file() for f in (folder, folder / "eth_ucy"))
+
+
 def _is_sdd(data: str) -> bool:
     return data == "sdd" or (Path(data) / "standard_test.csv.gz").is_file()
 
