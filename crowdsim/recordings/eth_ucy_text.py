@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from crowdsim.recordings.rate import rated
 from crowdsim.recordings.recording import Picture, Recording
 from crowdsim.recordings.stretches import cut, join
-from crowdsim.recordings.text_table import plain_stem, read_blocks, write_lines
+from crowdsim.recordings.text_table import format_rows, plain_stem, read_blocks, write_lines
 
 ETH_UCY_COLUMNS: Final = np.dtype([("frame", "i8"), ("person", "i8"), ("x", "f8"), ("y", "f8")])
 OBSMAT_COLUMNS: Final = np.dtype(
@@ -91,7 +91,9 @@ def write_eth_ucy(path: Path | str, stretches: Iterable[Recording]) -> None:
         path: File to write; gzipped if it ends in `.gz`.
         stretches: The recording, whole or in stretches.
     """
-    write_lines(Path(path), (_text(ETH_UCY_ROW, *_frame_rows(part)) for part in stretches))
+    write_lines(
+        Path(path), (format_rows(ETH_UCY_ROW, *part.to_rows(by_frame=True)) for part in stretches)
+    )
 
 
 def write_obsmat(path: Path | str, stretches: Iterable[Recording]) -> None:
@@ -107,10 +109,10 @@ def write_obsmat(path: Path | str, stretches: Iterable[Recording]) -> None:
 
 
 def _obsmat_text(part: Recording) -> str:
-    frame, person, position, velocity = *_frame_rows(part), _velocities(part)[part.valid]
-    height = np.zeros(len(frame))
-    flat = np.column_stack([frame, person, position, velocity])
-    return _text(OBSMAT_ROW, *flat[:, :3].T, height, flat[:, 3], flat[:, 4], height, flat[:, 5])
+    frame, person, position = part.to_rows(by_frame=True)
+    velocity, height = _velocities(part)[part.valid], np.zeros(len(frame))
+    (x, y), (vx, vy) = position.T, velocity.T
+    return format_rows(OBSMAT_ROW, frame, person, x, height, y, vx, height, vy)
 
 
 def _velocities(part: Recording) -> NDArray[np.float64]:
@@ -122,17 +124,3 @@ def _velocities(part: Recording) -> NDArray[np.float64]:
     velocity[1:][both] = step[both]
     velocity[:-1][both] = step[both]
     return velocity
-
-
-def _frame_rows(
-    part: Recording,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """All that was seen, frame by frame."""
-    row, person = np.nonzero(part.valid)
-    return part.frames[row], part.ids[person], part.positions[row, person]
-
-
-def _text(form: str, *columns: NDArray[np.generic]) -> str:
-    """Lines of text from columns; one format operation for all is the quickest."""
-    table = np.column_stack(columns)
-    return form * len(table) % tuple(table.ravel().tolist())

@@ -1,7 +1,8 @@
 """The one check of time steps: what a source's frame numbers and speeds say about its rate."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -150,6 +151,18 @@ def check_rate(recording: Recording, *, source: str | None = None) -> None:
             over one step is outside 0.1-3 m/s, which no crowd walks.
     """
     tally(recording).check(recording.name if source is None else source)
+
+
+def tallied(stretches: Iterable[Recording], tell: Callable[[Tally], None]) -> Iterator[Recording]:
+    """Pass stretches on, and tell the counts of every recording when it has passed."""
+    for _, parts in groupby(stretches, key=lambda part: part.name):
+        counts = None
+        for part in parts:
+            counts = Tally(part) if counts is None else counts
+            counts.add(part)
+            yield part
+        if counts is not None:
+            tell(counts)
 
 
 def rated(

@@ -146,9 +146,18 @@ class Recording:
             picture=picture,
         )
 
-    def to_rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """(R,) frames, (R,) ids and (R, 2) positions of all that was seen, person by person."""
-        person, row = np.nonzero(self.valid.T)
+    def to_rows(
+        self, *, by_frame: bool = False
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """(R,) frames, (R,) ids and (R, 2) positions of all that was seen.
+
+        Args:
+            by_frame: Sort by frame and then by person, instead of the other way round.
+        """
+        if by_frame:
+            row, person = np.nonzero(self.valid)
+        else:
+            person, row = np.nonzero(self.valid.T)
         return self.frames[row], self.ids[person], self.positions[row, person]
 
     @property

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import BinaryIO, Final, TextIO, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crowdsim.recordings.store import new_file
 from crowdsim.recordings.stretches import Table
@@ -46,6 +47,17 @@ def write_lines(path: Path, lines: Iterable[str]) -> None:
     with new_file(path) as temporary, temporary.open("wb") as raw, _compressed(path, raw) as file:
         for line in lines:
             file.write(line.encode())
+
+
+def format_rows(form: str, *columns: NDArray[np.int64] | NDArray[np.float64]) -> str:
+    """Lines of text from (R,) or (R, C) columns; one format operation for all is the quickest.
+
+    Args:
+        form: What one row becomes, with a place such as `%d` or `%.3f` for every number.
+        columns: Whole numbers, exact up to 2^53, and others.
+    """
+    table = np.column_stack(columns)
+    return form * len(table) % tuple(table.ravel().tolist())
 
 
 def _compressed(path: Path, raw: BinaryIO) -> BinaryIO:
