@@ -14,6 +14,7 @@ from typing import Any, Final, NoReturn
 from jsonargparse import ActionYesNo, ArgumentParser
 
 from scripts.benchmark import benchmark
+from scripts.convert import convert
 from scripts.demo import demo
 from scripts.evaluate import evaluate
 from scripts.evaluate_predictor import evaluate_predictor
@@ -28,6 +29,7 @@ from scripts.train_predictor import train_predictor
 COMMANDS: Final[dict[str, Callable[..., None]]] = {
     "demo": demo,
     "generate": generate,
+    "convert": convert,
     "train-predictor": train_predictor,
     "evaluate-predictor": evaluate_predictor,
     "train-policy": train_policy,
@@ -98,7 +100,7 @@ def build_parser() -> tuple[Parser, dict[str, Parser]]:
         summary, _, details = (function.__doc__ or "").partition("\n\n")
         subparser = Parser(description=summary + "\n" + details.partition("\n\n    Args:")[0])
         subparser.add_argument("--config", action="config", help="YAML file with these options.")
-        subparser.add_function_arguments(function, as_group=False)
+        subparser.add_function_arguments(function, as_group=False, as_positional=True)
         commands.add_subcommand(name, subparser, help=summary)
         subparsers[name] = subparser
     return parser, subparsers

@@ -1,7 +1,7 @@
 """Formats by name: told from a path or its contents, read and written in stretches."""
 
 from collections.abc import Callable, Iterable, Iterator
-from itertools import groupby
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Final, Literal
 
@@ -140,8 +140,14 @@ def write_format(
 
     Raises:
         FileExistsError: A data set stands there already.
-        ValueError: Several recordings for one file of one, or SDD without a scale.
+        ValueError: No recording, several for one file of one, or SDD without a scale.
     """
+    # What cannot be read leaves no file and no folder.
+    waiting = iter(stretches)
+    first = next(waiting, None)
+    if first is None:
+        raise ValueError(f"{path}: expected at least one recording to write, found none")
+    stretches = chain([first], waiting)
     if form == "dataset":
         write_recordings(path, stretches)
     elif form == "sdd":

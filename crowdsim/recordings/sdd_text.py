@@ -135,7 +135,7 @@ def scale_of(scales: Scales, video: str) -> float:
     """
     scale = scales.get(video) if isinstance(scales, Mapping) else scales
     if scale is None:
-        raise ValueError(f"expected metres per pixel of video {video!r}, found none")
+        raise ValueError(f"expected metres per pixel of video {video!r}, found none; state it")
     if not 0.0 < scale < np.inf:
         raise ValueError(f"metres per pixel of video {video!r} must be positive, got {scale}")
     return float(scale)
