@@ -1,6 +1,8 @@
 """`crowdnav benchmark`: how fast everything is on this machine."""
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,7 +12,20 @@ from scripts.options import Names
 from scripts.output import require_file, write_json
 from scripts.threads import bound_threads
 
-SECTIONS: Final = ("crowd", "crowd_peers", "environment", "forecast", "training")
+Tables = dict[str, list[dict[str, Any]]]
+
+SECTIONS: Final = (
+    "crowd",
+    "crowd_peers",
+    "start",
+    "pictures",
+    "memory",
+    "environment",
+    "forecast",
+    "training",
+)
+FILE_WIDTH: Final = 160
+"""Columns of the tables where they do not go to a terminal."""
 
 
 def benchmark(
@@ -19,13 +34,15 @@ def benchmark(
     json: Path | None = None,
     seed: NonNegativeInt = 0,
 ) -> None:
-    """Measure the speed of crowd, environment, forecast and training.
+    """Measure speed and memory of crowd, environment, forecast and training on this machine.
 
     Wall-clock medians of several repeats, compilation left out. Nothing else should run meanwhile.
+    Other simulators are measured where `pip install 'crowdnav-testbed[bench]'` put them; each is
+    taken in turn with ours, so that their ratios hold on a noisy machine too.
 
     Args:
-        only: Sections to measure, separated by commas: crowd, crowd_peers, environment, forecast,
-            training.
+        only: Sections to measure, separated by commas: crowd, crowd_peers (the crowd beside other
+            simulators, minutes), start, pictures, memory, environment, forecast, training.
         threads: Threads of torch, BLAS and OpenCV.
         json: File for the figures.
         seed: Seed of crowds, actions and weights.
@@ -41,40 +58,46 @@ def benchmark(
     from scripts.benchmarks.machine import machine
 
     torch.set_num_threads(threads)
-    found: dict[str, Any] = {"machine": machine(threads)}
-    for section in tqdm(only, unit="section"):
-        found[section] = measure(section)(seed)
-    print_figures(found)
-    write_json(json, found)
+    conditions = machine(threads)
+    tables: Tables = {}
+    with tqdm(_without_repeats(only), unit="section") as sections:
+        for section in sections:
+            sections.set_description(section)
+            tables |= measure(section)(seed)
+    print_figures(tables)
+    print(", ".join(f"{name} {value}" for name, value in conditions.items()))
+    write_json(json, {"machine": conditions, **tables})
 
 
-def measure(section: str) -> Callable[[int], list[dict[str, Any]]]:
-    """The function that measures a section, given a seed."""
+def _without_repeats(sections: Sequence[str]) -> list[str]:
+    """The sections in their own order, each once; `crowd_peers` measures `crowd` by the way."""
+    inside = {"crowd"} if "crowd_peers" in sections else set()
+    return [section for section in SECTIONS if section in set(sections) - inside]
+
+
+def measure(section: str) -> Callable[[int], Tables]:
+    """The function that measures the tables of a section, given a seed."""
     # Imported here: a section needs only its own part of the testbed, and `--help` none.
-    from scripts.benchmarks.crowd import crowd
-    from scripts.benchmarks.environment import environment
-    from scripts.benchmarks.forecast import forecast
-    from scripts.benchmarks.training import training
-
-    return {
-        "crowd": crowd,
-        "crowd_peers": lambda seed: [],  # no peer is a dependency of this distribution
-        "environment": environment,
-        "forecast": forecast,
-        "training": training,
-    }[section]
+    measured: Callable[[int], Tables] = getattr(
+        import_module(f"scripts.benchmarks.{section}"), section
+    )
+    return measured
 
 
-def print_figures(found: dict[str, Any]) -> None:
-    """Print a table for each section that has rows."""
+def print_figures(tables: Tables) -> None:
+    """Print every table that has rows; cells that a row has not are empty."""
     from rich.console import Console
     from rich.table import Table
 
-    console = Console()
-    for section, rows in found.items():
-        if section == "machine" or not rows:
-            continue
-        table = Table(*rows[0], title=section)
+    # Wide where nobody's terminal sets a width: figures must not be broken over lines.
+    console = Console(width=None if sys.stdout.isatty() else FILE_WIDTH)
+    for title, rows in tables.items():
+        table = Table(title=title, title_justify="left")
+        columns = list(dict.fromkeys(key for row in rows for key in row))
+        for column in columns:
+            numbers = all(isinstance(row.get(column, 0), int | float) for row in rows)
+            table.add_column(column, justify="right" if numbers else "left", no_wrap=True)
         for row in rows:
-            table.add_row(*(str(value) for value in row.values()))
-        console.print(table)
+            table.add_row(*(str(row.get(column, "")) for column in columns))
+        if rows:
+            console.print(table)

@@ -1,5 +1,6 @@
 """Pedestrian-steps per second of the crowd simulator."""
 
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -20,25 +21,29 @@ ROW_HEIGHT: Final = 2.5
 MARGIN: Final = 2.0
 """Free ground at both ends of the rows [m]."""
 SETTLE_STEPS: Final = 100
+"""Steps before the clock starts: by then people have met."""
 
 
-def crowd(seed: int) -> list[dict[str, Any]]:
+def crowd(seed: int) -> dict[str, list[dict[str, Any]]]:
     """Measure worlds of `COUNTS` people by each model of motion, in the open and between walls.
 
     A step is `World.step` at its own `physics_dt` and reading back all positions and velocities.
 
     Returns:
-        Rows with `n`, `walls`, `model`, `steps_per_s` and `pedestrian_steps_per_s`.
+        `crowd`: rows with `n`, `walls`, `model`, `steps_per_s` and `pedestrian_steps_per_s`.
     """
-    return [
-        _measure(count, walls, model, seed)
-        for model in MODEL_NAMES
-        for walls in (False, True)
-        for count in COUNTS
-    ]
+    return {
+        "crowd": [
+            crowd_row(count, walls, model, seconds_per_call(own_step(count, walls, model, seed)))
+            for model in MODEL_NAMES
+            for walls in (False, True)
+            for count in COUNTS
+        ]
+    }
 
 
-def _measure(count: int, walls: bool, model: str, seed: int) -> dict[str, Any]:
+def own_step(count: int, walls: bool, model: str, seed: int) -> Callable[[], object]:
+    """What is measured: a step of a world whose people have left their rows."""
     world = World(counterflow(count, walls, model, seed), rng=np.random.default_rng(seed))
     for _ in range(SETTLE_STEPS):
         world.step()
@@ -47,13 +52,19 @@ def _measure(count: int, walls: bool, model: str, seed: int) -> dict[str, Any]:
         world.step()
         return world.positions, world.velocities
 
-    rate = 1.0 / seconds_per_call(step)
+    return step
+
+
+def crowd_row(count: int, walls: bool, model: str, seconds: float) -> dict[str, Any]:
+    """One row of the table, given the time of a step [s]."""
+    return {"n": count, "walls": walls, "model": model, **rates(count, seconds)}
+
+
+def rates(count: int, seconds: float) -> dict[str, Any]:
+    """Steps of a crowd, and of its people, per second, given the time of one step [s]."""
     return {
-        "n": count,
-        "walls": walls,
-        "model": model,
-        "steps_per_s": round(rate, 1),
-        "pedestrian_steps_per_s": round(rate * count),
+        "steps_per_s": round(1.0 / seconds, 1),
+        "pedestrian_steps_per_s": round(count / seconds),
     }
 
 

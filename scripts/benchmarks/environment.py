@@ -13,20 +13,22 @@ ENVIRONMENTS: Final = (1, 16)
 PEDESTRIANS: Final = 20
 
 
-def environment(seed: int) -> list[dict[str, Any]]:
+def environment(seed: int) -> dict[str, list[dict[str, Any]]]:
     """Measure the batched environment: `PEDESTRIANS` people in `circular_crossing`, random actions.
 
     Observations, rewards and the resets of finished episodes are part of a step.
 
     Returns:
-        Rows with `forecaster`, `environments`, `pedestrians` and `steps_per_s`, summed over the
-        environments.
+        `environment`: rows with `forecaster`, `environments`, `pedestrians` and `steps_per_s`,
+        summed over the environments.
     """
-    return [
-        _measure(forecaster, environments, seed)
-        for forecaster in FORECASTERS
-        for environments in ENVIRONMENTS
-    ]
+    return {
+        "environment": [
+            _measure(forecaster, environments, seed)
+            for forecaster in FORECASTERS
+            for environments in ENVIRONMENTS
+        ]
+    }
 
 
 def _measure(forecaster: str, environments: int, seed: int) -> dict[str, Any]:

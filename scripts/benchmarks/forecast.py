@@ -17,15 +17,16 @@ SIDE: Final = 30.0
 PIXELS_PER_METRE: Final = 10.0
 
 
-def forecast(seed: int) -> list[dict[str, Any]]:
+def forecast(seed: int) -> dict[str, list[dict[str, Any]]]:
     """Measure one call of the forecaster for all people of one world.
 
     The network is the paper's, untrained: its time does not depend on its weights.
 
     Returns:
-        Rows with `variant`, `agents`, `neighbors` and `ms`, the median of one call.
+        `forecast`: rows with `variant`, `agents`, `neighbors` and `ms`, the median of one call.
     """
-    return [_measure(variant, agents, seed) for variant in VARIANTS for agents in AGENTS]
+    rows = [_measure(variant, agents, seed) for variant in VARIANTS for agents in AGENTS]
+    return {"forecast": rows}
 
 
 def _measure(variant: Variant, agents: int, seed: int) -> dict[str, Any]:

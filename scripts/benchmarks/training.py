@@ -22,15 +22,16 @@ SIDE: Final = 30.0
 """Side of the square in which people walk [m]."""
 
 
-def training(seed: int) -> list[dict[str, Any]]:
+def training(seed: int) -> dict[str, list[dict[str, Any]]]:
     """Measure epochs of the paper's training at batch `BATCH`: crops, forward, backward, update.
 
     The share of one validation batch and of writing the checkpoints is part of it.
 
     Returns:
-        Rows with `variant`, `batch` and `windows_per_s`, the median of `REPEATS` epochs.
+        `training`: rows with `variant`, `batch` and `windows_per_s`, the median of `REPEATS`
+        epochs.
     """
-    return [_measure(variant, seed) for variant in VARIANTS]
+    return {"training": [_measure(variant, seed) for variant in VARIANTS]}
 
 
 def _measure(variant: Variant, seed: int) -> dict[str, Any]:

@@ -60,14 +60,6 @@ def test_the_same_crowds_are_not_generated_twice_into_a_folder(
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-def test_benchmark_measures_the_sections_asked_for(crowdnav: Crowdnav, tmp_path: Path) -> None:
-    file = tmp_path / "figures.json"
-    assert crowdnav("benchmark", "--only", "crowd_peers", "--json", file).status == 0
-    found = json.loads(file.read_text())
-    assert set(found) == {"machine", "crowd_peers"}
-    assert found["machine"]["threads"] == 1
-
-
 @pytest.mark.parametrize("suffix", [".png", ".webm"])
 def test_render_draws_an_episode(crowdnav: Crowdnav, tmp_path: Path, suffix: str) -> None:
     file = tmp_path / f"episode{suffix}"
