@@ -96,7 +96,7 @@ def robot_overtaking(
 
     Args:
         rng: Source of all draws.
-        pedestrians: Number of people, one behind the other, 0 to 6.
+        pedestrians: Number of people, one behind the other, 0 to 4.
         width: Width of the corridor [m], 2 to 20.
         pedestrian_speed: Speed that they want [m/s], 0.2 to 0.8.
         model: Motion model of all, or the share of each.
@@ -104,7 +104,7 @@ def robot_overtaking(
     Raises:
         ValueError: A parameter is out of range.
     """
-    require_count("pedestrians", pedestrians, 0, 6)
+    require_count("pedestrians", pedestrians, 0, 4)
     require_range("pedestrian_speed", pedestrian_speed, 0.2, 0.8, unit="m/s")
     return _encounter(
         rng,
@@ -113,7 +113,7 @@ def robot_overtaking(
         width,
         model,
         ahead=1.0,
-        stretch=(0.25, 0.5),
+        stretch=(0.25, 0.4),
         speed=pedestrian_speed,
     )
 

@@ -103,7 +103,7 @@ def perpendicular_traffic(
 
     walks = draw_walks(rng, pedestrians, draw_way, lane=0.5 * width, groups=groups)
     robot_y = 0.5 * width + BESIDE
-    ground = open_ground(REACH, robot_y)
+    ground = open_ground(REACH, robot_y + EDGE)
     return crossed_northwards(rng, "perpendicular_traffic", walks, model, ground, robot_y)
 
 
@@ -142,7 +142,7 @@ def group_crossing(
 
     walks = draw_walks(rng, pedestrians, draw_way, lane=OPEN_LANE, groups=groups)
     robot_y = 0.5 * width + BESIDE
-    ground = open_ground(REACH, robot_y)
+    ground = open_ground(REACH, robot_y + EDGE)
     return crossed_northwards(rng, "group_crossing", walks, model, ground, robot_y)
 
 
