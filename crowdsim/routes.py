@@ -35,8 +35,11 @@ GOAL_SPACING = 0.5
 """Waypoints within such a square share the way there, up to the last glimpse [m]."""
 
 STRAIGHT = -1
-STOP, RETURN, RESPAWN = 0, 1, 2
-_ON_ARRIVAL = {"stop": STOP, "return": RETURN, "respawn": RESPAWN}
+STOP, RETURN, RESPAWN, LEAVE = 0, 1, 2, 3
+_ON_ARRIVAL = {"stop": STOP, "return": RETURN, "respawn": RESPAWN, "leave": LEAVE}
+
+NEVER = np.iinfo(np.int64).max
+"""Step at which nobody enters again."""
 
 
 class Routes:
@@ -46,9 +49,17 @@ class Routes:
         points: `(N, G + 1, 2)` start or entrance, and waypoints [m].
         legs: `(N,)` index in `points` of the one being walked to.
         onward: `(N,)` +1 on the way out, -1 on the way back.
+        enters_at: `(N,)` step from which on each enters when there is room, if absent.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("legs", "onward", "_next_id")
+    STATE: ClassVar[tuple[str, ...]] = (
+        "points",
+        "legs",
+        "onward",
+        "enters_at",
+        "_fields",
+        "_next_id",
+    )
 
     def __init__(
         self,
@@ -56,14 +67,19 @@ class Routes:
         world_map: Map,
         on_arrival: str,
         entrances: FloatArray | None = None,
+        *,
+        enters_at: IntArray | None = None,
+        goals_change: bool = False,
     ) -> None:
         """Plan all ways, around the obstacles where there are any.
 
         Args:
             pedestrians: who walks, and where to.
             world_map: what is in the way.
-            on_arrival: `stop`, `return` or `respawn`.
-            entrances: `(N, 2)` where people enter again [m]; None is where they start.
+            on_arrival: `stop`, `return`, `respawn` or `leave`.
+            entrances: `(N, 2)` where people enter [m]; None is where they start.
+            enters_at: `(N,)` step at which those enter who are not there at the start.
+            goals_change: whether people may have to come to any goal from anywhere.
         """
         first = pedestrians.position if entrances is None else entrances
         self.points: FloatArray = np.concatenate([first[:, None], pedestrians.waypoints], axis=1)
@@ -72,15 +88,50 @@ class Routes:
         self._on_arrival = _ON_ARRIVAL[on_arrival]
         self._start_velocity = pedestrians.velocity
         self._next_id = len(pedestrians)
+        self.enters_at: IntArray = (
+            np.zeros(len(pedestrians), dtype=np.int64) if enters_at is None else enters_at
+        )
         walked_to = np.ones(self.points.shape[:2], dtype=np.bool_)
         # Nobody but those who return ever walks to the start.
         walked_to[:, 0] = on_arrival == "return"
-        self._anchors, self._fields, self._origin = _plan(self.points, walked_to, world_map)
+        by_wall = _needs_field(self.points, world_map)
+        if goals_change and len(world_map.segments):
+            by_wall[:] = True
+        self._anchors, self._fields, self._origin = _plan(
+            self.points, walked_to & by_wall, world_map
+        )
+        self._planned_points, self._planned_fields = self.points.copy(), self._fields.copy()
 
     @property
     def goals(self) -> FloatArray:
         """Points `(N, 2)` that the pedestrians are walking to now [m]."""
         return self.points[np.arange(len(self.legs)), self.legs]
+
+    @property
+    def planned_goals(self) -> FloatArray:
+        """Last waypoints `(N, 2)` of all at the start [m]."""
+        return self._planned_points[:, -1]
+
+    @property
+    def final_goals(self) -> FloatArray:
+        """Ends `(N, 2)` of the ways that people are on; starts for those on the way back [m]."""
+        return self.points[np.arange(len(self.legs)), self._ends]
+
+    @property
+    def _ends(self) -> IntArray:
+        return np.where(self.onward > 0, self.points.shape[1] - 1, 0)
+
+    def redirect(self, person: int, other: int) -> None:
+        """Send a person straight to the goal that another one had at the start."""
+        end = self._ends[person]
+        self.points[person, end] = self._planned_points[other, -1]
+        self._fields[person, end] = self._planned_fields[other, -1]
+        self.legs[person] = end
+
+    def restart(self, people: IntArray) -> None:
+        """Give people, who are absent, the way that was planned for them at the start."""
+        self.points[people] = self._planned_points[people]
+        self._fields[people] = self._planned_fields[people]
 
     def steer(self, bodies: FloatArray, desired_speed: FloatArray, direction: FloatArray) -> None:
         """Write the wanted directions `(N, 2)` into the first rows of `direction`.
@@ -106,17 +157,19 @@ class Routes:
         )
 
     def advance(
-        self, bodies: FloatArray, radius: FloatArray, present: BoolArray, ids: IntArray
+        self, step: int, bodies: FloatArray, radius: FloatArray, present: BoolArray, ids: IntArray
     ) -> None:
         """Send those who arrived to their next waypoint, out of the scene, or in again.
 
         Args:
+            step: how many there have been.
             bodies: `(M, 4)`, changed in place for those who leave or enter.
             radius: `(M,)` [m].
             present: `(M,)`, changed in place likewise.
             ids: `(N,)`; in place, everybody who enters gets an id never used before.
         """
         self._next_id = _advance(
+            step,
             bodies,
             radius,
             present,
@@ -125,15 +178,16 @@ class Routes:
             self.points,
             self.legs,
             self.onward,
+            self.enters_at,
             self._start_velocity,
             self._on_arrival,
         )
 
 
 def _plan(
-    points: FloatArray, walked_to: BoolArray, world_map: Map
+    points: FloatArray, needed: BoolArray, world_map: Map
 ) -> tuple[AnchorArray, IntArray, FloatArray]:
-    """Find the geodesic fields that lead to those points `(N, G + 1, 2)` that are walked to.
+    """Find the geodesic fields that lead to those points `(N, G + 1, 2)` that need one.
 
     Returns:
         anchors: `(F, H, W)` of all fields.
@@ -141,7 +195,7 @@ def _plan(
         origin: `(2,)` of the fields' grid [m].
     """
     fields = np.full(points.shape[:2], STRAIGHT, dtype=np.int64)
-    rows, legs = np.nonzero(walked_to & _needs_field(points, world_map))
+    rows, legs = np.nonzero(needed)
     if len(rows) == 0:
         return np.zeros((0, 0, 0), dtype=np.int32), fields, np.zeros(2)
     places = np.round(points[rows, legs] / GOAL_SPACING) * GOAL_SPACING
@@ -201,6 +255,7 @@ def _steer(
 
 @njit(cache=True)
 def _advance(
+    step: int,
     bodies: FloatArray,
     radius: FloatArray,
     present: BoolArray,
@@ -209,6 +264,7 @@ def _advance(
     points: FloatArray,
     legs: IntArray,
     onward: IntArray,
+    enters_at: IntArray,
     start_velocity: FloatArray,
     on_arrival: int,
 ) -> int:
@@ -216,14 +272,15 @@ def _advance(
     last = points.shape[1] - 1
     for i in range(len(legs)):
         if not present[i]:
-            if _is_free(bodies, radius, present, i, points[i, 0]):
+            if step >= enters_at[i] and _is_free(bodies, radius, present, i, points[i, 0]):
                 bodies[i, :2], bodies[i, 2:] = points[i, 0], start_velocity[i]
                 present[i], legs[i], ids[i] = True, 1, next_id
                 next_id += 1
         elif _has_arrived(bodies[i], points[i, legs[i] - onward[i]], points[i, legs[i]]):
             at_end = legs[i] == (last if onward[i] > 0 else 0)
-            if at_end and on_arrival == RESPAWN:
+            if at_end and on_arrival in (RESPAWN, LEAVE):
                 present[i] = False
+                enters_at[i] = NEVER if on_arrival == LEAVE else 0
                 park(bodies, i)
             elif at_end and on_arrival == RETURN:
                 onward[i] = -onward[i]

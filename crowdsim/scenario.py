@@ -6,12 +6,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.behaviour import Behaviour
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.recordings import Recording
 
-OnArrival = Literal["stop", "return", "respawn"]
-ON_ARRIVAL: tuple[OnArrival, ...] = ("stop", "return", "respawn")
+OnArrival = Literal["stop", "return", "respawn", "leave"]
+ON_ARRIVAL: tuple[OnArrival, ...] = ("stop", "return", "respawn", "leave")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,10 +27,13 @@ class Scenario:
         pedestrians: Initial state and goals of the N people. For a replay there is one row per
             recorded track, in the order of `replay.ids`, and the recorded tracks drive them.
         on_arrival: What a person does at the last waypoint: stand there (`stop`), walk the
-            waypoints backwards to the start (`return`), or leave and enter again as a new person
-            with a new id (`respawn`).
-        entrances: (N, 2) where each person enters again [m]; None means at the start. People
+            waypoints backwards to the start (`return`), leave and enter again as a new person
+            with a new id (`respawn`), or leave for good (`leave`).
+        entrances: (N, 2) where each person enters [m]; None means at the start. People
             start somewhere on the way from there to their first waypoint.
+        entry_times: (N,) time at which each person enters, or as soon after it as there is room
+            [s]; 0 is there from the start. None means all are (see `draw_entry_times`).
+        behaviour: What people do besides walking; None means nothing.
         robot_start: Robot's x, y [m] and heading [rad].
         robot_goal: Robot's goal x, y [m].
         time_limit: Time the robot has [s].
@@ -48,6 +52,8 @@ class Scenario:
     robot_goal: tuple[float, float]
     on_arrival: OnArrival = "stop"
     entrances: NDArray[np.float64] | None = None
+    entry_times: NDArray[np.float64] | None = None
+    behaviour: Behaviour | None = None
     time_limit: float = 30.0
     replay: Recording | None = None
     replay_start: int = 0
@@ -57,15 +63,25 @@ class Scenario:
             raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
         if not (np.isfinite(self.time_limit) and self.time_limit > 0.0):
             raise ValueError(f"time_limit must be positive seconds, got {self.time_limit}")
-        if self.entrances is not None and self.on_arrival != "respawn":
-            raise ValueError(f"entrances need on_arrival='respawn', got {self.on_arrival!r}")
-        if self.entrances is not None and self.entrances.shape != self.pedestrians.position.shape:
-            raise ValueError(
-                f"entrances must be {self.pedestrians.position.shape}, got {self.entrances.shape}"
-            )
+        self._check_entering()
         self._check_robot()
         if self.replay is not None:
             self._check_replay(self.replay)
+
+    def _check_entering(self) -> None:
+        positions, times = self.pedestrians.position, self.entry_times
+        if self.entrances is not None and self.on_arrival != "respawn" and times is None:
+            raise ValueError(
+                f"entrances need on_arrival='respawn' or entry_times, got {self.on_arrival!r}"
+            )
+        if self.entrances is not None and self.entrances.shape != positions.shape:
+            raise ValueError(f"entrances must be {positions.shape}, got {self.entrances.shape}")
+        if times is None:
+            return
+        if times.shape != (len(positions),):
+            raise ValueError(f"entry_times must be {(len(positions),)}, got {times.shape}")
+        if not (np.isfinite(times).all() and (times >= 0.0).all()):
+            raise ValueError(f"entry_times must be finite seconds >= 0, got {times.min()}")
 
     def _check_robot(self) -> None:
         start, goal = np.asarray(self.robot_start), np.asarray(self.robot_goal)
@@ -80,6 +96,8 @@ class Scenario:
 
     def _check_replay(self, replay: Recording) -> None:
         steps, people = replay.valid.shape
+        if self.behaviour is not None or self.entry_times is not None:
+            raise ValueError("a replay takes no behaviour and no entry_times, got some")
         if not 0 <= self.replay_start < steps:
             raise ValueError(f"replay_start must be in 0..{steps - 1}, got {self.replay_start}")
         if len(self.pedestrians.position) != people:

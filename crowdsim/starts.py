@@ -1,55 +1,97 @@
 """The bodies of a world that begins: people first, the robot last."""
 
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.robot_body import RobotBody
+from crowdsim.routes import park
+
+if TYPE_CHECKING:
+    from crowdsim.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+START_OVERLAP = 0.05
+"""Bodies may start inside each other by this much [m], as deep as in a dense crowd."""
+
 
 def starting_bodies(
-    pedestrians: Pedestrians, robot: RobotBody | None, robot_start: tuple[float, float, float]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    scenario: Scenario, robot: RobotBody | None
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Put the people and the robot, if there is one, into one pool of M bodies.
 
     Returns:
         bodies: `(M, 4)` x, y, vx, vy [m, m/s]; the robot stands still.
         radius: `(M,)` [m].
         mass: `(M,)` [kg].
+        present: `(M,)` who is there; the bodies of the others are parked.
+
+    Raises:
+        ValueError: if two bodies start inside each other. Recorded people may: nobody pushes them.
     """
-    rows = [np.concatenate([pedestrians.position, pedestrians.velocity], axis=1)]
-    radius, mass = [pedestrians.radius], [pedestrians.mass]
+    people = scenario.pedestrians
+    rows = [np.concatenate([people.position, people.velocity], axis=1)]
+    radius, mass = [people.radius], [people.mass]
     if robot is not None:
-        x, y, _ = robot_start
+        x, y, _ = scenario.robot_start
         rows.append(np.array([[x, y, 0.0, 0.0]]))
         radius.append(np.array([robot.radius]))
         mass.append(np.array([robot.mass]))
-    return np.concatenate(rows), np.concatenate(radius), np.concatenate(mass)
+    bodies, radii = np.concatenate(rows), np.concatenate(radius)
+    present = np.ones(len(bodies), dtype=np.bool_)
+    if scenario.entry_times is not None:
+        present[: len(people)] = scenario.entry_times == 0
+        for person in np.flatnonzero(~present).tolist():
+            park(bodies, person)
+    if scenario.replay is None:
+        _refuse_overlaps(bodies, radii, present, len(people))
+    return bodies, radii, np.concatenate(mass), present
 
 
 def draw_awareness(
     rng: np.random.Generator, pedestrians: Pedestrians, robot: RobotBody | None
 ) -> BoolArray:
-    """Draw who notices the robot `(N,)`, from a stream of its own: no whim depends on it."""
+    """Draw who notices the robot `(N,)`."""
     if robot is None:
         return pedestrians.notices_robot.copy()
-    (awareness_rng,) = rng.spawn(1)
-    notices: BoolArray = awareness_rng.random(len(pedestrians)) < robot.awareness
+    notices: BoolArray = rng.random(len(pedestrians)) < robot.awareness
     return notices & pedestrians.notices_robot
 
 
-def refuse_shared_places(bodies: FloatArray) -> None:
-    """Check the starts.
-
-    Raises:
-        ValueError: if two bodies are at the same place.
-    """
-    places, counts = np.unique(bodies[:, :2], axis=0, return_counts=True)
-    if (counts > 1).any():
+def _refuse_overlaps(
+    bodies: FloatArray, radius: FloatArray, present: BoolArray, pedestrians: int
+) -> None:
+    first, second, gap = _narrowest(bodies, radius, present)
+    if gap < -START_OVERLAP:
+        who = "the robot" if second == pedestrians else f"pedestrian {second}"
         raise ValueError(
-            f"expected everybody to start at a place of their own, found {counts.max()} bodies "
-            f"at {tuple(places[counts.argmax()].tolist())}"
+            f"expected everybody to start beside everybody else, found pedestrian {first} at "
+            f"{tuple(bodies[first, :2].tolist())} and {who} at "
+            f"{tuple(bodies[second, :2].tolist())} with a gap of {gap:.3f} m between their "
+            f"surfaces: move one of them by {-gap:.3f} m or more, or make them smaller "
+            f"({-START_OVERLAP} m would do)"
         )
+
+
+@njit(cache=True)
+def _narrowest(
+    bodies: FloatArray, radius: FloatArray, present: BoolArray
+) -> tuple[int, int, float]:
+    """Rows of the two bodies whose surfaces are nearest, and the gap between these [m]."""
+    first, second, narrowest = 0, 0, np.inf
+    for i in range(len(bodies)):
+        for j in range(i + 1, len(bodies)):
+            dx, dy = bodies[j, 0] - bodies[i, 0], bodies[j, 1] - bodies[i, 1]
+            reach = radius[i] + radius[j] + min(narrowest, 0.0)
+            if present[i] and present[j] and dx * dx + dy * dy < reach * reach:
+                first, second = i, j
+                narrowest = math.hypot(dx, dy) - radius[i] - radius[j]
+    return first, second, narrowest

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.behaviour import Distractions
 from crowdsim.bodies import WALL_RADIUS, Bodies
 from crowdsim.contacts import keep_outside_walls, robot_clearances
 from crowdsim.distance_field import distance_field
@@ -22,7 +23,7 @@ from crowdsim.playback import Playback
 from crowdsim.robot_body import RobotBody, follow, wanted_velocity
 from crowdsim.routes import Routes
 from crowdsim.snapshot import Snapshot, Stateful, fingerprint
-from crowdsim.starts import draw_awareness, refuse_shared_places, starting_bodies
+from crowdsim.starts import draw_awareness, starting_bodies
 
 if TYPE_CHECKING:
     from crowdsim.scenario import Scenario
@@ -66,8 +67,8 @@ class World:
         "_direction",
     )
 
-    # Attributes that hold the other parts with a state.
-    _PARTS: ClassVar[tuple[str, ...]] = ("_guide", "_crowd")
+    # Attributes that hold the other parts with a state; None where a world has no such part.
+    _PARTS: ClassVar[tuple[str, ...]] = ("_guide", "_crowd", "_distractions")
 
     def __init__(
         self,
@@ -84,7 +85,7 @@ class World:
 
         Args:
             scenario: initial conditions; its recording, if any, drives the pedestrians.
-            rng: source of the people's whims, and of who notices the robot.
+            rng: source of the people's whims, of who notices the robot, and of distractions.
             social_force: parameters of the forces between people.
             headed_social_force: what headed people add to them.
             orca: parameters of those who move by ORCA.
@@ -92,7 +93,7 @@ class World:
             robot: the robot's body; None for a world without a robot.
 
         Raises:
-            ValueError: if two bodies start at the same place, or `physics_dt` is not positive or
+            ValueError: if two bodies start inside each other, or `physics_dt` is not positive or
                 does not divide a recording's time step.
         """
         if not (math.isfinite(physics_dt) and physics_dt > 0):
@@ -103,6 +104,8 @@ class World:
         self.step_count = 0
         self.held_count = 0
         self._rng = rng
+        # Streams of their own: the whims depend neither on who is aware nor on distractions.
+        awareness_rng, behaviour_rng = rng.spawn(2)
         self._robot = robot
         self._models = (social_force, headed_social_force, orca)
         self._walls = scenario.map.segments
@@ -110,7 +113,7 @@ class World:
         self._set_up_bodies()
         self._crowd = MixedCrowd(
             pedestrians,
-            notices_robot=draw_awareness(rng, pedestrians, robot),
+            notices_robot=draw_awareness(awareness_rng, pedestrians, robot),
             walls=self._walls,
             wall_field=self._wall_field,
             social_force=social_force,
@@ -119,9 +122,14 @@ class World:
             dt=self.physics_dt,
         )
         self._look_at_rows()
+        self._distractions = None
+        if scenario.behaviour is not None:
+            self._distractions = Distractions(
+                scenario.behaviour, pedestrians.group, rng=behaviour_rng, dt=self.physics_dt
+            )
         self._guide: Routes | Playback
         if scenario.replay is None:
-            self._guide = Routes(pedestrians, scenario.map, scenario.on_arrival, scenario.entrances)
+            self._guide = self._plan_routes()
         else:
             self._ids[:] = scenario.replay.ids
             self._guide = Playback(scenario.replay, scenario.replay_start, physics_dt)
@@ -142,13 +150,15 @@ class World:
         self._command_robot(robot_velocity)
         if isinstance(guide, Routes):
             guide.steer(self._bodies, self.scenario.pedestrians.desired_speed, self._direction)
+            if self._distractions is not None:
+                self._distractions.distract(guide, self._bodies, self._present, self._direction)
             noise = self._rng.standard_normal((self._count, 2))
             acceleration = self._crowd.accelerations(*self._felt, noise)
             accelerate(self._bodies, acceleration, self._crowd.max_speed, self.physics_dt)
         self._take(self._solid.step(self._bodies))
         self.step_count += 1
         if isinstance(guide, Routes):
-            guide.advance(self._bodies, self._radius, self._present, self._ids)
+            guide.advance(self.step_count, self._bodies, self._radius, self._present, self._ids)
         else:
             guide.place(self.step_count, self._bodies, self._present)
         self._measure_robot()
@@ -263,24 +273,33 @@ class World:
         return total[-1], total[:-1]
 
     def _set_up_bodies(self) -> None:
-        scenario, pedestrians = self.scenario, self.scenario.pedestrians
-        self._bodies, self._radius, mass = starting_bodies(
-            pedestrians, self._robot, scenario.robot_start
-        )
-        self._count = len(pedestrians)
-        self._present: BoolArray = np.ones(len(self._bodies), dtype=np.bool_)
+        bodies, radius, mass, present = starting_bodies(self.scenario, self._robot)
+        self._bodies: FloatArray = bodies  # (M, 4) x, y, vx, vy; the robot last
+        self._radius, self._present = radius, present
+        self._count = len(self.scenario.pedestrians)
         self._ids: IntArray = np.arange(self._count)
-        self._direction: FloatArray = np.zeros((len(self._bodies), 2))
-        replayed = scenario.replay is not None
-        if not replayed:
-            refuse_shared_places(self._bodies)
-        self._dynamic_from = self._count if replayed else 0
+        self._direction: FloatArray = np.zeros((len(bodies), 2))
+        self._dynamic_from = 0 if self.scenario.replay is None else self._count
         self._solid = Bodies(
-            radius=self._radius,
+            radius=radius,
             mass=mass,
-            kinematic=np.arange(len(self._bodies)) < self._dynamic_from,
+            kinematic=np.arange(len(bodies)) < self._dynamic_from,
             walls=self._walls,
             dt=self.physics_dt,
+        )
+
+    def _plan_routes(self) -> Routes:
+        scenario, behaviour = self.scenario, self.scenario.behaviour
+        enters_at = None
+        if scenario.entry_times is not None:
+            enters_at = np.ceil(scenario.entry_times / self.physics_dt).astype(np.int64)
+        return Routes(
+            scenario.pedestrians,
+            scenario.map,
+            scenario.on_arrival,
+            scenario.entrances,
+            enters_at=enters_at,
+            goals_change=behaviour is not None and behaviour.goal_change_rate > 0,
         )
 
     def _look_at_rows(self) -> None:
@@ -295,7 +314,8 @@ class World:
         )
 
     def _parts(self) -> dict[str, Stateful]:
-        return {"world": self, **{name: getattr(self, name) for name in self._PARTS}}
+        parts = {"world": self, **{name: getattr(self, name) for name in self._PARTS}}
+        return {name: part for name, part in parts.items() if part is not None}
 
     @cached_property
     def _origin(self) -> dict[str, str]:

@@ -1,10 +1,12 @@
 """Seeded scenario generators by name; each documents its parameters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
+from crowdsim.behaviour import Behaviour
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.circular import (
     circular_crossing,
@@ -70,12 +72,19 @@ def find_scenario(name: str) -> Callable[..., Scenario]:
     return SCENARIOS[name]
 
 
-def make_scenario(name: str, rng: np.random.Generator, **parameters: Any) -> Scenario:
+def make_scenario(
+    name: str,
+    rng: np.random.Generator,
+    *,
+    behaviour: Behaviour | Mapping[str, float] | None = None,
+    **parameters: Any,
+) -> Scenario:
     """Draw the initial conditions of one world.
 
     Args:
         name: One of `SCENARIOS`, or a scenario file.
         rng: Source of all draws.
+        behaviour: What people do besides walking, in any scenario but a replay.
         **parameters: Parameters of that scenario's function; a file that describes people and map
             takes `model`.
 
@@ -89,4 +98,7 @@ def make_scenario(name: str, rng: np.random.Generator, **parameters: Any) -> Sce
     unknown = sorted(set(parameters) - set(known))
     if unknown:
         raise ValueError(f"{name} takes {', '.join(known)}; got {', '.join(unknown)}")
-    return generator(rng, **parameters)
+    scenario = generator(rng, **parameters)
+    if behaviour is None:
+        return scenario
+    return replace(scenario, behaviour=Behaviour.of(behaviour))

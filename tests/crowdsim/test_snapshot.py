@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crowdsim.behaviour import Behaviour
 from crowdsim.forces import SocialForce
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
@@ -56,6 +57,16 @@ def coming_and_going():
     return make_scenario("parallel_traffic", np.random.default_rng(1), pedestrians=30, width=3.0)
 
 
+def distracted():
+    """People of every model who come at times, pause, stop dead, change their minds, and leave."""
+    behaviour = Behaviour(
+        pause_rate=0.1, waypoint_pause=0.5, stop_rate=0.1, stop_time=1.0, goal_change_rate=0.2
+    )
+    start = packed(5, EVERY_MODEL)
+    times = np.linspace(0.0, 5.0, len(start.pedestrians))
+    return replace(start, behaviour=behaviour, entry_times=times, on_arrival="respawn")
+
+
 def recorded():
     """Four people who walk past the robot and leave."""
     start = packed()
@@ -81,6 +92,7 @@ SCENARIOS = {
     "packed": packed,
     "every_model": lambda: packed(5, EVERY_MODEL),
     "coming_and_going": coming_and_going,
+    "distracted": distracted,
     "recorded": recorded,
 }
 
@@ -214,10 +226,11 @@ def changed(scenario, **columns):
         lambda start: packed(7),
         lambda start: packed(5, EVERY_MODEL),
         lambda start: replace(start, on_arrival="stop"),
+        lambda start: replace(start, behaviour=Behaviour()),
         lambda start: changed(start, mass=start.pedestrians.mass + 1.0),
         lambda start: replace(start, map=Map(bounds=start.map.bounds)),
     ],
-    ids=["people", "models", "arrival", "mass", "map"],
+    ids=["people", "models", "arrival", "behaviour", "mass", "map"],
 )
 def test_a_snapshot_of_another_scenario_is_refused(other):
     start = packed(5)

@@ -24,7 +24,7 @@ def one_walker(on_arrival: str = "stop", entrances: np.ndarray | None = None) ->
 def goal_after(routes: Routes, position: tuple[float, float]) -> float:
     """The x that is walked to next by somebody who stands at `position`."""
     bodies = np.array([[*position, 1.0, 0.0]])
-    routes.advance(bodies, RADIUS, np.array([True]), np.array([0]))
+    routes.advance(1, bodies, RADIUS, np.array([True]), np.array([0]))
     return float(routes.goals[0, 0])
 
 
@@ -46,9 +46,9 @@ def test_who_leaves_comes_in_at_the_entrance():
     bodies, present, ids = np.array([[5.0, 0.0, 1.0, 0.0]]), np.array([True]), np.array([0])
     for x in (5.0, 10.0):
         bodies[0, 0] = x
-        routes.advance(bodies, RADIUS, present, ids)
+        routes.advance(1, bodies, RADIUS, present, ids)
     assert not present[0]
-    routes.advance(bodies, RADIUS, present, ids)
+    routes.advance(1, bodies, RADIUS, present, ids)
     assert present[0]
     assert ids[0] == 1
     np.testing.assert_array_equal(bodies[0, :2], (-1.0, 0.5))
@@ -61,5 +61,5 @@ def test_who_was_pushed_past_a_goal_listed_twice_does_not_turn_back():
     routes = Routes(walker, Map(bounds=(-2.0, -5.0, 12.0, 5.0)), "respawn")
     bodies, present = np.array([[10.1, 1.2, 1.0, 0.0]]), np.array([True])
     for _ in range(2):
-        routes.advance(bodies, RADIUS, present, np.array([0]))
+        routes.advance(1, bodies, RADIUS, present, np.array([0]))
     assert not present[0]

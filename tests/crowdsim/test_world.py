@@ -201,9 +201,20 @@ class TestSolidBodies:
         assert np.percentile(overlap, 99) < 0.04
         assert overlap.max() < 0.10
 
-    def test_bodies_cannot_start_at_one_place(self):
-        with pytest.raises(ValueError, match="place of their own"):
-            world(scenario([[1.0, 1.0], [1.0, 1.0]], [[2.0, 0.0], [3.0, 0.0]]))
+    @pytest.mark.parametrize("apart", [0.0, 0.44])
+    def test_bodies_cannot_start_inside_each_other(self, apart):
+        message = rf"pedestrian 0 at \(1.*pedestrian 1 at .* gap of -{0.5 - apart:.3f} m"
+        with pytest.raises(ValueError, match=message):
+            world(scenario([[1.0, 1.0], [1.0 + apart, 1.0]], [[2.0, 0.0], [3.0, 0.0]]))
+
+    def test_nobody_can_start_inside_the_robot(self):
+        start = scenario([[1.0, 1.0], [3.0, 1.0]], [[2.0, 0.0]] * 2, robot=(3.3, 1.0, 0.0))
+        with pytest.raises(ValueError, match=r"pedestrian 1 at .* and the robot at"):
+            world(start, robot=RobotBody(radius=0.3))
+        world(start)
+
+    def test_bodies_may_start_as_near_as_in_a_dense_crowd(self):
+        world(scenario([[1.0, 1.0], [1.46, 1.0]], [[2.0, 0.0], [3.0, 0.0]]))
 
 
 class TestWallsBetween:
