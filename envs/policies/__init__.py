@@ -5,36 +5,55 @@ from __future__ import annotations
 from pathlib import Path
 
 from envs.config import CrowdNavConfig
+from envs.policies.dwa import DWAPolicy
 from envs.policies.mppi import MPPIParameters, MPPIPolicy
+from envs.policies.orca import ORCAPolicy
 from envs.policies.policy import Observation, Policy
+from envs.policies.social_force import SocialForcePolicy
 from envs.policies.straight import StraightPolicy
 
-__all__ = ["MPPIParameters", "MPPIPolicy", "Observation", "Policy", "StraightPolicy", "make_policy"]
+__all__ = [
+    "DWAPolicy",
+    "MPPIParameters",
+    "MPPIPolicy",
+    "ORCAPolicy",
+    "Observation",
+    "Policy",
+    "SocialForcePolicy",
+    "StraightPolicy",
+    "make_policy",
+]
+
+SIMPLE = {
+    policy.name: policy
+    for policy in (StraightPolicy, SocialForcePolicy, ORCAPolicy, DWAPolicy, MPPIPolicy)
+}
+"""Policies that are made from a configuration alone, by name."""
 
 
 def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
     """Makes the policy that `spec` names, for the robot and clocks of `config`.
 
     Args:
-        spec: `straight`, `mppi`, `mppi@SECONDS` (planning that far ahead instead of 4.8 s), or
-            the folder of a trained PPO policy.
+        spec: `straight`, `social_force`, `orca`, `dwa`, `mppi`, `mppi@SECONDS` (planning that far
+            ahead instead of 4.8 s), or the folder of a trained PPO policy.
         config: Configuration of the environment that the policy will act in.
 
     Raises:
         ValueError: `spec` is neither a known name nor such a folder.
     """
-    if spec == "straight":
-        return StraightPolicy(config)
+    if spec in SIMPLE:
+        return SIMPLE[spec](config)
     name, at, seconds = spec.partition("@")
-    if name == "mppi":
-        return MPPIPolicy(config, MPPIParameters(horizon=_seconds(seconds)) if at else None)
+    if at and name == "mppi":
+        return MPPIPolicy(config, MPPIParameters(horizon=_seconds(seconds)))
     if Path(spec).is_dir():
         # Torch and Stable-Baselines3 take seconds to import; the other policies need neither.
         from envs.policies.ppo import PPOPolicy
 
         return PPOPolicy(Path(spec), config)
     raise ValueError(
-        f"unknown policy {spec!r}; known are straight, mppi, mppi@SECONDS, "
+        f"unknown policy {spec!r}; known are {', '.join(SIMPLE)}, mppi@SECONDS, "
         "or the folder of a trained PPO policy"
     )
 

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.config import CrowdNavConfig, whole_multiple
-from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation, Policy
 from envs.policies.robot_motion import Limits
-from envs.policies.rollouts import Costs, Scene, improve, walls_seen
+from envs.policies.rollouts import Costs, improve
+from envs.policies.scenes import SceneReader, to_actions
 
 Floats = NDArray[np.float64]
-
-_UNICYCLE = [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["angular_speed"]]
-_HOLONOMIC = [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["velocity_y"]]
-_WAYPOINT = [ROBOT_INDEX["waypoint_x"], ROBOT_INDEX["waypoint_y"]]
-_GOAL = [ROBOT_INDEX["goal_x"], ROBOT_INDEX["goal_y"]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +55,7 @@ class MPPIPolicy(Policy):
     """Model predictive path integral control on forecasts, for both kinds of robot.
 
     Every call improves the plan of the last one, shifted by a step, and takes its first control.
-    People are where the forecast says at the time of the rollout step, interpolated between
-    frames. Beyond the end of the forecast they are held at its last point, and without the key
-    `forecast` where they stand now: the arm `none` is the limit of ever shorter forecasts.
+    How people are expected to move, `SceneReader` says.
 
     All worlds share one noise table, so plans do not depend on how many run side by side.
     """
@@ -72,15 +64,11 @@ class MPPIPolicy(Policy):
 
     def __init__(self, config: CrowdNavConfig, parameters: MPPIParameters | None = None) -> None:
         self._parameters = MPPIParameters() if parameters is None else parameters
-        self._limits = robot_limits(config)
-        self._steps = whole_multiple(
-            "horizon", self._parameters.horizon, "policy_dt", config.policy_dt
-        )
-        self._noise = noise_table(self._parameters, self._steps, self._limits)
-        self._frame_dt = config.frame_dt
-        reach = config.max_speed * self._parameters.horizon + self._parameters.costs.wall_margin
-        self._farthest = min(config.sensor_range, config.robot_radius + reach)
-        self._plans: Floats = np.zeros((0, self._steps, 2))
+        horizon = self._parameters.horizon
+        steps = whole_multiple("horizon", horizon, "policy_dt", config.policy_dt)
+        self._reader = SceneReader(config, steps, self._parameters.costs.wall_margin)
+        self._noise = noise_table(self._parameters, steps, self._reader.limits)
+        self._plans: Floats = np.zeros((0, steps, 2))
 
     def reset(self, mask: NDArray[np.bool_] | None = None) -> None:
         """Forgets the plans of finished episodes; see `Policy.reset`."""
@@ -88,53 +76,14 @@ class MPPIPolicy(Policy):
 
     def act_batch(self, observation: Observation) -> NDArray[np.float32]:
         """Returns the first controls of W improved plans; see `Policy.act`."""
-        worlds = len(observation["robot"])
+        worlds, limits = len(observation["robot"]), self._reader.limits
         if len(self._plans) != worlds:
-            self._plans = np.zeros((worlds, self._steps, 2))
+            self._plans = np.zeros((worlds, self._reader.steps, 2))
         self._plans[:, :-1] = self._plans[:, 1:]
-        settings = (self._parameters.temperature, self._limits, self._parameters.costs)
-        for plan, scene in zip(self._plans, self._scenes(observation), strict=True):
+        settings = (self._parameters.temperature, limits, self._parameters.costs)
+        for plan, scene in zip(self._plans, self._reader.scenes(observation), strict=True):
             improve(plan, self._noise, scene, *settings)
-        return to_actions(self._plans[:, 0], self._limits)
-
-    def _scenes(self, observation: Observation) -> Iterator[Scene]:
-        robot = np.asarray(observation["robot"], np.float64)
-        lidar = np.asarray(observation["lidar"], np.float64)
-        reach = np.asarray(observation["neighbors_radius"], np.float64) + self._limits.radius
-        valid = np.asarray(observation["neighbors_valid"]) > 0.5
-        people = self._people(observation)
-        for world, fields in enumerate(robot):
-            yield Scene(
-                velocity=fields[_HOLONOMIC if self._limits.holonomic else _UNICYCLE],
-                waypoint=fields[_WAYPOINT],
-                goal=fields[_GOAL],
-                people=people[world][:, valid[world]],
-                reach=reach[world][valid[world]],
-                walls=walls_seen(lidar[world], self._farthest, 2.0 * self._limits.radius),
-            )
-
-    def _people(self, observation: Observation) -> Floats:
-        """Returns (W, H, K, 2), where everybody is at the end of each rollout step."""
-        knots = np.asarray(observation["history"], np.float64)[:, :, -1:]
-        if "forecast" in observation:
-            knots = np.concatenate((knots, observation["forecast"]), axis=2)
-        times = self._limits.dt * np.arange(1, self._steps + 1, dtype=np.float64)
-        weights = interpolation(times, self._frame_dt * np.arange(knots.shape[2], dtype=np.float64))
-        people: Floats = np.einsum("hf,wkfc->whkc", weights, knots)
-        return people
-
-
-def robot_limits(config: CrowdNavConfig) -> Limits:
-    """Returns what the robot of the environment can do, a rollout step being a policy step."""
-    return Limits(
-        holonomic=config.robot == "holonomic",
-        speed=config.max_speed,
-        angular_speed=config.max_angular_speed,
-        acceleration=config.max_acceleration,
-        radius=config.robot_radius,
-        goal_radius=config.goal_radius,
-        dt=config.policy_dt,
-    )
+        return to_actions(self._plans[:, 0], limits)
 
 
 def noise_table(parameters: MPPIParameters, steps: int, limits: Limits) -> Floats:
@@ -148,19 +97,3 @@ def noise_table(parameters: MPPIParameters, steps: int, limits: Limits) -> Float
     turning = limits.speed if limits.holonomic else limits.angular_speed
     table *= parameters.noise * np.array([limits.speed, turning])
     return table
-
-
-def interpolation(times: Floats, knots: Floats) -> Floats:
-    """Returns (H, F) weights that interpolate linearly at `times` (H,) between `knots` (F,).
-
-    After the last knot its value is held.
-    """
-    return np.stack([np.interp(times, knots, row) for row in np.eye(len(knots))], axis=1)
-
-
-def to_actions(controls: Floats, limits: Limits) -> NDArray[np.float32]:
-    """Returns the actions in [-1, 1] that command the controls (W, 2)."""
-    if limits.holonomic:
-        return (controls / limits.speed).astype(np.float32)
-    speed = 2.0 * controls[:, 0] / limits.speed - 1.0
-    return np.stack((speed, controls[:, 1] / limits.angular_speed), axis=1).astype(np.float32)

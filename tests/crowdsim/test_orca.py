@@ -8,7 +8,8 @@ from test_world import SQUARE, run, scenario, world
 from crowdsim.distance_field import DistanceField
 from crowdsim.half_planes import nearest_permitted
 from crowdsim.motion import MotionModel
-from crowdsim.orca import Orca, avoid, person_plane, wall_planes, way_out
+from crowdsim.orca import Orca, avoid, person_plane, wall_planes
+from crowdsim.velocity_obstacle import way_out
 
 MODEL = Orca(wavering=0.0)
 NO_WALLS = np.empty((0, 2, 2))

@@ -4,7 +4,7 @@ from hand_made_observations import Drive, add_person, empty_observation, stack
 
 from envs.config import CrowdNavConfig
 from envs.policies import MPPIParameters, MPPIPolicy, StraightPolicy
-from envs.policies.mppi import interpolation
+from envs.policies.scenes import interpolation
 
 ROBOTS = ["unicycle", "holonomic"]
 CROSSING = [((4.0, 4.0), (0.0, -1.0))]

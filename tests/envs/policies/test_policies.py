@@ -25,8 +25,13 @@ def test_policies_are_made_by_name():
     assert isinstance(make_policy("mppi@9.6", CrowdNavConfig()), MPPIPolicy)
 
 
+@pytest.mark.parametrize("name", ["straight", "social_force", "orca", "dwa", "mppi"])
+def test_each_policy_goes_by_its_own_name(name):
+    assert make_policy(name, CrowdNavConfig()).name == name
+
+
 def test_an_unknown_policy_is_refused_with_the_known_ones():
-    with pytest.raises(ValueError, match=r"'mpc'.*straight, mppi"):
+    with pytest.raises(ValueError, match=r"'mpc'.*straight, social_force, orca, dwa, mppi"):
         make_policy("mpc", CrowdNavConfig())
 
 

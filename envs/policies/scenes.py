@@ -1,0 +1,104 @@
+"""What planners make of an observation: the robot's task, people over time, and walls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.config import CrowdNavConfig
+from envs.observation import ROBOT_INDEX
+from envs.policies.policy import Observation
+from envs.policies.robot_motion import Limits
+from envs.policies.rollouts import Scene, walls_seen
+
+Floats = NDArray[np.float64]
+
+_UNICYCLE = [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["angular_speed"]]
+_HOLONOMIC = [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["velocity_y"]]
+_WAYPOINT = [ROBOT_INDEX["waypoint_x"], ROBOT_INDEX["waypoint_y"]]
+_GOAL = [ROBOT_INDEX["goal_x"], ROBOT_INDEX["goal_y"]]
+
+
+class SceneReader:
+    """Reads scenes out of observations, for plans of a fixed length.
+
+    People are where the forecast says at the time of the rollout step, interpolated between
+    frames. Beyond the end of the forecast they are held at its last point, and without the key
+    `forecast` where they stand now: the arm `none` is the limit of ever shorter forecasts.
+
+    Attributes:
+        limits: What the robot can do.
+        steps: Rollout steps of a plan.
+    """
+
+    def __init__(self, config: CrowdNavConfig, steps: int, wall_margin: float) -> None:
+        """Prepares for a robot and its plans.
+
+        Args:
+            config: Configuration of the environment.
+            steps: Rollout steps of a plan, one policy period each.
+            wall_margin: Walls farther than this from any plan do not matter [m].
+        """
+        self.limits = robot_limits(config)
+        self.steps = steps
+        self._frame_dt = config.frame_dt
+        reach = config.max_speed * config.policy_dt * steps + wall_margin
+        self._farthest = min(config.sensor_range, config.robot_radius + reach)
+
+    def scenes(self, observation: Observation) -> Iterator[Scene]:
+        """Yields the scene of each of W observations."""
+        robot = np.asarray(observation["robot"], np.float64)
+        lidar = np.asarray(observation["lidar"], np.float64)
+        reach = np.asarray(observation["neighbors_radius"], np.float64) + self.limits.radius
+        valid = np.asarray(observation["neighbors_valid"]) > 0.5
+        people = self._people(observation)
+        for world, fields in enumerate(robot):
+            yield Scene(
+                velocity=fields[_HOLONOMIC if self.limits.holonomic else _UNICYCLE],
+                waypoint=fields[_WAYPOINT],
+                goal=fields[_GOAL],
+                people=people[world][:, valid[world]],
+                reach=reach[world][valid[world]],
+                walls=walls_seen(lidar[world], self._farthest, 2.0 * self.limits.radius),
+            )
+
+    def _people(self, observation: Observation) -> Floats:
+        """Returns (W, H, K, 2), where everybody is at the end of each rollout step."""
+        knots = np.asarray(observation["history"], np.float64)[:, :, -1:]
+        if "forecast" in observation:
+            knots = np.concatenate((knots, observation["forecast"]), axis=2)
+        times = self.limits.dt * np.arange(1, self.steps + 1, dtype=np.float64)
+        weights = interpolation(times, self._frame_dt * np.arange(knots.shape[2], dtype=np.float64))
+        people: Floats = np.einsum("hf,wkfc->whkc", weights, knots)
+        return people
+
+
+def robot_limits(config: CrowdNavConfig) -> Limits:
+    """Returns what the robot of the environment can do, a rollout step being a policy step."""
+    return Limits(
+        holonomic=config.robot == "holonomic",
+        speed=config.max_speed,
+        angular_speed=config.max_angular_speed,
+        acceleration=config.max_acceleration,
+        radius=config.robot_radius,
+        goal_radius=config.goal_radius,
+        dt=config.policy_dt,
+    )
+
+
+def interpolation(times: Floats, knots: Floats) -> Floats:
+    """Returns (H, F) weights that interpolate linearly at `times` (H,) between `knots` (F,).
+
+    After the last knot its value is held.
+    """
+    return np.stack([np.interp(times, knots, row) for row in np.eye(len(knots))], axis=1)
+
+
+def to_actions(controls: Floats, limits: Limits) -> NDArray[np.float32]:
+    """Returns the actions in [-1, 1] that command the controls (W, 2)."""
+    if limits.holonomic:
+        return (controls / limits.speed).astype(np.float32)
+    speed = 2.0 * controls[:, 0] / limits.speed - 1.0
+    return np.stack((speed, controls[:, 1] / limits.angular_speed), axis=1).astype(np.float32)
