@@ -252,7 +252,7 @@ class TestWallsBetween:
 @pytest.mark.parametrize("model", [ELLIPTICAL, MOUSSAID_2009])
 def test_other_laws_turn_with_the_scene_and_are_opposite_for_the_two(model):
     bodies, radius, direction = crowd(30)
-    model = replace(model, anisotropy=1.0)
+    model = replace(model, anisotropy=1.0, repulsion=3.0)
     turn = np.array([[0.6, -0.8], [0.8, 0.6]])
     turned = np.concatenate([bodies[:, :2] @ turn.T, bodies[:, 2:] @ turn.T], axis=1)
     force = people(bodies, radius, direction, model)
