@@ -97,7 +97,7 @@ class _JuPedSim:
         return positions, velocities
 
     def _journey(self, jupedsim: Any, goal: list[float], start: list[float]) -> tuple[int, int]:
-        """Go to and fro for ever; returns the journey and its first stage."""
+        """Go back and forth for ever; returns the journey and its first stage."""
         there, back = (
             self._simulation.add_waypoint_stage(tuple(end), ARRIVED) for end in (goal, start)
         )
