@@ -77,9 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         hint = str(interrupt)
         sys.stderr.write(one_line(hint if hint else "interrupted", kind="stopped"))
         return 130
-    except (ValueError, OSError) as error:
-        # The packages raise these at their borders, where input is judged. Anything else is a
-        # mistake of the program and keeps its traceback.
+    except (ValueError, OSError, FloatingPointError) as error:
+        # The packages raise these at their borders, where input is judged, and where a training
+        # diverges. Anything else is a mistake of the program and keeps its traceback.
         if os.environ.get(DEBUG):
             raise
         sys.stderr.write(one_line(str(error)))

@@ -52,7 +52,8 @@ class SocialLstm(nn.Module):
         super().__init__()
         self.config = config
         self.embedding = nn.Linear(2, config.embedding)
-        self.pooling = nn.Linear(config.grid**2 * config.hidden, config.embedding)
+        self.pooling = nn.Linear(config.hidden, config.grid**2 * config.embedding, bias=False)
+        self.pooling_bias = nn.Parameter(torch.zeros(config.embedding))
         self.cell = nn.LSTMCell(2 * config.embedding, config.hidden)
         self.displacement = nn.Linear(config.hidden, 2)
 
@@ -91,7 +92,7 @@ class SocialLstm(nn.Module):
         state: tuple[Tensor, Tensor],
     ) -> tuple[Tensor, Tensor]:
         """One step of everyone's LSTM; the state of who is not `valid` (B, P) stays."""
-        pooled = self.pooling(self._pool(position, valid, state[0]))  # (B, P, E)
+        pooled = self._pool(position, valid, state[0])  # (B, P, E)
         read = torch.relu(torch.cat([self.embedding(displacement), pooled], dim=-1))
         flat = state[0].flatten(0, 1), state[1].flatten(0, 1)
         hidden, memory = (after.view_as(state[0]) for after in self.cell(read.flatten(0, 1), flat))
@@ -99,15 +100,21 @@ class SocialLstm(nn.Module):
         return torch.where(there, hidden, state[0]), torch.where(there, memory, state[1])
 
     def _pool(self, position: Tensor, valid: Tensor, hidden: Tensor) -> Tensor:
-        """Sum the hidden states (B, P, D) of the others in each cell of a grid: (B, P, G D)."""
+        """Embed the sums of the others' hidden states (B, P, D) in each cell: (B, P, E).
+
+        The embedding is linear, so each person's share of it is added up instead of its state.
+        """
         grid, people = self.config.grid, position.shape[1]
         offset = position[:, None] - position[:, :, None]  # (B, P, P, 2), row sees column
-        cell = torch.floor(offset / self.config.cell_side + 0.5 * grid).long()  # (B, P, P, 2)
+        cell = torch.floor(offset / self.config.cell_side + 0.5 * grid)  # (B, P, P, 2)
         others = ~torch.eye(people, dtype=torch.bool, device=position.device)
         inside = ((cell >= 0) & (cell < grid)).all(dim=-1) & valid[:, None] & others
-        number = torch.where(inside, cell[..., 1] * grid + cell[..., 0], grid**2)
-        occupied = nn.functional.one_hot(number, grid**2 + 1)[..., :-1].to(hidden)  # (B, P, P, G)
-        return torch.einsum("bpqg,bqd->bpgd", occupied, hidden).flatten(2)
+        number = torch.where(inside, cell[..., 1] * grid + cell[..., 0], -1.0)
+        cells = torch.arange(grid**2, device=position.device)
+        occupied = (number[..., None] == cells).to(hidden).flatten(2)  # (B, P, P G)
+        shares = self.pooling(hidden).view(len(hidden), people * grid**2, -1)  # (B, P G, E)
+        pooled: Tensor = occupied @ shares + self.pooling_bias
+        return pooled
 
     def _walk_on(
         self, position: Tensor, kept: Tensor, valid: Tensor, state: tuple[Tensor, Tensor]

@@ -3,7 +3,9 @@
 import pytest
 import torch
 
-from predictor.config import CONFIGURATIONS, Variant
+from predictor.config import CONFIGURATIONS, ModelName, Variant
+
+BASELINES: tuple[ModelName, ...] = ("history_mlp", "lstm", "social_lstm")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -18,4 +20,9 @@ def variant(request: pytest.FixtureRequest) -> Variant:
 
 @pytest.fixture(params=sorted(CONFIGURATIONS))
 def configuration(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(params=BASELINES)
+def baseline_name(request: pytest.FixtureRequest) -> ModelName:
     return request.param

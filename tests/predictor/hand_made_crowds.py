@@ -4,8 +4,10 @@ import numpy as np
 import torch
 
 from crowdsim.recordings import Picture, Recording
-from predictor.config import Variant, named_configuration
+from predictor.baselines.history_mlp import HistoryMlp
+from predictor.config import ModelName, Variant, named_configuration
 from predictor.model import IterativeAttention
+from predictor.networks import Network, build_network, configuration
 
 
 def walkers(
@@ -46,4 +48,16 @@ def network(variant: Variant, configuration: str = "residual", seed: int = 0) ->
     with torch.no_grad():
         for decoder in (model.goal_decoder, model.trajectory_decoder):
             decoder[-1].weight.mul_(10.0)
+    return model.eval()
+
+
+def baseline(name: ModelName, config_name: str = "residual", seed: int = 0) -> Network:
+    """A fresh baseline whose last layer shouts."""
+    config, _ = configuration(name, config_name)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        model = build_network(config)
+    last = model.layers[-1] if isinstance(model, HistoryMlp) else model.displacement
+    with torch.no_grad():
+        last.weight.mul_(10.0)
     return model.eval()

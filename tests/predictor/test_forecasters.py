@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hand_made_crowds import network, walkers
+from conftest import BASELINES
+from hand_made_crowds import baseline, network, walkers
 
 from crowdsim.recordings import Recording
 from predictor.config import Variant
@@ -21,9 +22,10 @@ def scene_of(recording: Recording) -> Scene:
     return next(scenes(recording, history_steps=8, forecast_steps=12))
 
 
-@pytest.fixture
-def forecaster(variant: Variant) -> NetworkForecaster:
-    return NetworkForecaster(network(variant))
+@pytest.fixture(params=["none", "patch", *BASELINES])
+def forecaster(request: pytest.FixtureRequest) -> NetworkForecaster:
+    name = request.param
+    return NetworkForecaster(baseline(name) if name in BASELINES else network(name))
 
 
 def forecast(forecaster: Forecaster, recording: Recording, **changes: np.ndarray) -> np.ndarray:
