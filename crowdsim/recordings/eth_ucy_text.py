@@ -97,9 +97,9 @@ def write_eth_ucy(path: Path | str, stretches: Iterable[Recording]) -> None:
 
 
 def write_obsmat(path: Path | str, stretches: Iterable[Recording]) -> None:
-    """Write one recording as `obsmat`, with velocities from the step to the next row.
+    """Write one recording as `obsmat`, with velocities as in the original: central differences.
 
-    The last row of a person repeats its velocity; somebody seen once stands still.
+    A person's first and last row have the velocity of one step; somebody seen once stands still.
 
     Args:
         path: File to write; gzipped if it ends in `.gz`.
@@ -116,11 +116,14 @@ def _obsmat_text(part: Recording) -> str:
 
 
 def _velocities(part: Recording) -> NDArray[np.float64]:
-    """(T, N, 2) velocities [m/s] to the next row, where there is one."""
+    """(T, N, 2) velocities [m/s]: mean of the steps from the last and to the next row."""
     time = part.dt * np.diff(part.frames) / part.frame_step
     step = np.diff(part.positions, axis=0) / time[:, None, None]
-    velocity = np.zeros_like(part.positions)
     both = part.valid[1:] & part.valid[:-1]
-    velocity[1:][both] = step[both]
-    velocity[:-1][both] = step[both]
-    return velocity
+    step[~both] = 0.0
+    total, count = np.zeros_like(part.positions), np.zeros(part.valid.shape)
+    total[1:] += step
+    total[:-1] += step
+    count[1:] += both
+    count[:-1] += both
+    return total / np.maximum(count, 1.0)[..., None]

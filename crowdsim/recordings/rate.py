@@ -6,7 +6,6 @@ from itertools import groupby
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from crowdsim.recordings.recording import FRAME_DT, Recording
 
@@ -16,8 +15,8 @@ SPEED_RANGE: Final = (0.1, 3.0)
 """Mean speeds of a crowd [m/s] that a time step can be believed with."""
 WALKING_SPEED: Final = 1.8
 """A crowd whose mean speed [m/s] is higher runs, or its time step is too short."""
-LISTED_SHARE: Final = 0.9
-"""Least share of row distances that must equal the frame step."""
+SINGLE_SHARE: Final = 0.9
+"""Least share of positions that follow the person's last one by one frame step."""
 TOLERANCE: Final = 0.03
 """Relative difference of two time steps that count as the same: 30 fps video has 29.97."""
 
@@ -68,9 +67,7 @@ class Tally:
         self.rows, self.positions = 0, 0
         self.ids: set[int] = set()
         self.bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
-        self._steps, self._regular_steps = 0, 0
-        self._pairs, self._path = 0, 0.0
-        self._last_frame: int | None = None
+        self._steps, self._single_steps, self._path = 0, 0, 0.0
 
     def add(self, stretch: Recording) -> None:
         """Count one more stretch; speeds over the border between two are left out."""
@@ -81,24 +78,18 @@ class Tally:
         if len(seen) > 0:
             self.bounds[:2] = np.minimum(self.bounds[:2], seen.min(axis=0))
             self.bounds[2:] = np.maximum(self.bounds[2:], seen.max(axis=0))
-        self._add_steps(stretch.frames)
-        lengths = stretch.step_lengths(self.frame_step)
-        self._pairs += len(lengths)
-        self._path += float(lengths.sum())
-
-    def _add_steps(self, frames: NDArray[np.int64]) -> None:
-        before = frames[:1] if self._last_frame is None else [self._last_frame]
-        steps = np.diff(frames, prepend=before)
-        if self._last_frame is None:
-            steps = steps[1:]
-        self._steps += len(steps)
-        self._regular_steps += int(np.sum(steps == self.frame_step))
-        self._last_frame = int(frames[-1])
+        frames, lengths = stretch.steps()
+        single = lengths[frames == self.frame_step]
+        self._steps += len(frames)
+        self._single_steps += len(single)
+        self._path += float(single.sum())
 
     @property
     def mean_speed(self) -> float:
-        """Mean speed [m/s] over all pairs of neighboring frames of one person; NaN without any."""
-        return self._path / self._pairs / self.dt if self._pairs > 0 else float("nan")
+        """Mean speed [m/s] over all single frame steps of all people; NaN without any."""
+        if self._single_steps == 0:
+            return float("nan")
+        return self._path / self._single_steps / self.dt
 
     def check(self, source: str) -> None:
         """Refuse a `dt` that frames or speeds contradict; `check_rate` says when.
@@ -109,11 +100,16 @@ class Tally:
         Raises:
             ValueError: They contradict it.
         """
-        regular = self._regular_steps / self._steps if self._steps > 0 else 1.0
-        if regular < LISTED_SHARE:
+        share = self._single_steps / self._steps if self._steps > 0 else 1.0
+        if share < SINGLE_SHARE:
             raise ValueError(
-                f"{source}: expected frames {self.frame_step} apart, "
-                f"found it in only {regular:.0%} of the rows"
+                f"{source}: expected positions of a person {self.frame_step} frames apart, "
+                f"found it for only {share:.0%} of them"
+            )
+        if self._single_steps == 0:
+            raise ValueError(
+                f"{source}: expected two frames with the same person, which tell the rate, "
+                "found nobody seen twice"
             )
         if not SPEED_RANGE[0] <= self.mean_speed <= SPEED_RANGE[1]:
             raise ValueError(
@@ -147,8 +143,8 @@ def check_rate(recording: Recording, *, source: str | None = None) -> None:
         source: What it was read from, for the message; None takes its name.
 
     Raises:
-        ValueError: Fewer than 9 in 10 rows follow each other by one frame step, or the mean speed
-            over one step is outside 0.1-3 m/s, which no crowd walks.
+        ValueError: Fewer than 9 in 10 positions follow the person's last one by one frame step, or
+            the mean speed over one step is outside 0.1-3 m/s, which no crowd walks.
     """
     tally(recording).check(recording.name if source is None else source)
 
@@ -189,6 +185,8 @@ def rated(
     counts = None
     for stretch in stretches:
         if counts is None:
+            if len(stretch.frames) < 2:
+                raise ValueError(f"{stretch.name}: expected two frames, which tell the rate")
             explained = explain_dt(stretch.name, stretch.frame_step, dt, fps)
             counts = Tally(replace(stretch, name=name, dt=explained))
         part = replace(stretch, name=name, dt=counts.dt)

@@ -120,14 +120,14 @@ class Recording:
                 of the rows.
 
         Raises:
-            ValueError: There is no row, one person has two positions in one frame, or a frame
+            ValueError: There is no frame, one person has two positions in one frame, or a frame
                 is not listed.
         """
-        if len(frame) == 0:
-            raise ValueError(f"{name}: a recording needs at least one row, got none")
         frames = np.unique(frame) if frames is None else frames
+        if len(frames) == 0:
+            raise ValueError(f"{name}: a recording needs at least one row, got none")
         row = np.searchsorted(frames, frame)
-        if row.max() == len(frames) or np.any(frames[row] != frame):
+        if np.any(frames[np.minimum(row, len(frames) - 1)] != frame):
             raise ValueError(f"{name}: expected rows in listed frames, found others")
         ids, column = np.unique(identity, return_inverse=True)
         valid = np.zeros((len(frames), len(ids)), dtype=np.bool_)
@@ -178,15 +178,16 @@ class Recording:
     @property
     def mean_speed(self) -> float:
         """Mean speed [m/s] over all pairs of neighboring frames of one person; NaN without any."""
-        lengths = self.step_lengths(self.frame_step)
-        return float(lengths.mean()) / self.dt if len(lengths) > 0 else float("nan")
+        frames, lengths = self.steps()
+        single = lengths[frames == self.frame_step]
+        return float(single.mean()) / self.dt if len(single) > 0 else float("nan")
 
-    def step_lengths(self, frame_step: int) -> NDArray[np.float64]:
-        """(P,) distances [m] between the two positions of a person `frame_step` frames apart."""
-        adjacent = np.diff(self.frames) == frame_step
-        row, person = np.nonzero(self.valid[1:] & self.valid[:-1] & adjacent[:, None])
-        steps = self.positions[row + 1, person] - self.positions[row, person]
-        return np.asarray(np.hypot(steps[:, 0], steps[:, 1]))
+    def steps(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """(P,) frames and (P,) distances [m] from each position of a person to the next one."""
+        frame, identity, position = self.to_rows()
+        same = np.diff(identity) == 0
+        step = np.diff(position, axis=0)[same]
+        return np.diff(frame)[same], np.asarray(np.hypot(step[:, 0], step[:, 1]))
 
     def windows(
         self, history_steps: int = 8, forecast_steps: int = 12, stride: int = 1
