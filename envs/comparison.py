@@ -40,11 +40,13 @@ class ScenarioChoice:
     Attributes:
         scenario: Name in `crowdsim.scenarios.SCENARIOS`.
         parameters: Its keywords.
+        settings: Further keywords of `CrowdNavConfig` that hold in this scenario.
         title: Name in tables; "" takes the scenario's.
     """
 
     scenario: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
 
     @property
@@ -112,6 +114,7 @@ class EvaluationConfig:
         return make_config(
             **{
                 **self.environment,
+                **choice.settings,
                 **arm.settings,
                 "forecaster": arm.forecaster,
                 "scenario": choice.scenario,

@@ -20,6 +20,7 @@ class CrowdNavConfig:
         robot_visible: Whether pedestrians yield to the robot and the forecaster may use it as a
             neighbor. Bodies collide either way.
         robot_awareness: Share of the pedestrians who notice a visible robot, drawn per episode.
+        crowd_speed: Factor on everybody's desired speed; recorded people keep theirs.
         forecaster: `none`, `constant_velocity`, `constant_velocity_map` (stops at walls),
             `iterative_attention`, the path of a checkpoint, `oracle` (the simulator run ahead under
             the robot's present command), or `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
@@ -41,6 +42,7 @@ class CrowdNavConfig:
         frame_dt: Time between the frames of histories and forecasts [s]; a whole number of
             `policy_dt`.
         history_steps: Number of frames in a history; the last one is now.
+        history_kept: How many of them the robot remembers; the older ones are not valid.
         max_speed: Robot's speed limit [m/s].
         max_angular_speed: Unicycle's turning limit [rad/s]; the holonomic robot does not turn.
         max_acceleration: Limit on the change of the robot's velocity [m/s^2].
@@ -67,6 +69,7 @@ class CrowdNavConfig:
     robot: RobotKind = "unicycle"
     robot_visible: bool = True
     robot_awareness: float = 1.0
+    crowd_speed: float = 1.0
     forecaster: str = "constant_velocity"
     horizon: float = 4.8
     pedestrians_observed: int = 8
@@ -83,6 +86,7 @@ class CrowdNavConfig:
     policy_dt: float = 0.2
     frame_dt: float = 0.4
     history_steps: int = 8
+    history_kept: int = 8
     max_speed: float = 1.2
     max_angular_speed: float = 1.5
     max_acceleration: float = 2.5
@@ -116,7 +120,7 @@ class CrowdNavConfig:
             _check_positive(name, getattr(self, name))
         if self.time_limit is not None:
             _check_positive("time_limit", self.time_limit)
-        for name in ("pedestrians_observed", "lidar_rays", "history_steps"):
+        for name in ("pedestrians_observed", "lidar_rays", "history_steps", "history_kept"):
             _check_count(name, getattr(self, name))
         for name in _WEIGHTS:
             if not math.isfinite(getattr(self, name)):
@@ -151,6 +155,7 @@ class CrowdNavConfig:
 
 
 _POSITIVE = (
+    "crowd_speed",
     "horizon",
     "sensor_range",
     "field_of_view",

@@ -5,7 +5,7 @@ episode depends on W, on its neighbors, or on when they end.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -169,6 +169,7 @@ class Episodes:
         scenario_rng, world_rng, forecast_rng, sensor_rng = generator.spawn(4)
         name, parameters = self.config.scenario, self.config.scenario_parameters
         scenario = make_scenario(name, scenario_rng, **parameters)
+        scenario = _at_pace(scenario, self.config.crowd_speed)
         limit = scenario.time_limit if self.config.time_limit is None else self.config.time_limit
         self.scenarios[world] = scenario
         self.worlds.restart(world, scenario, world_rng)
@@ -284,6 +285,17 @@ class Episodes:
         for world, reason in enumerate(reasons):
             if self._recorder is not None and reason is not None:
                 self._traces[world] = self._recorder.finish(world, self.worlds, reason)
+
+
+def _at_pace(scenario: Scenario, factor: float) -> Scenario:
+    """The same scenario with everybody's desired speed times `factor`, unless it is a replay."""
+    if factor == 1.0 or scenario.replay is not None:
+        return scenario
+    people = scenario.pedestrians
+    hurried = replace(
+        people, desired_speed=factor * people.desired_speed, velocity=factor * people.velocity
+    )
+    return replace(scenario, pedestrians=hurried)
 
 
 @lru_cache(maxsize=64)

@@ -1,6 +1,6 @@
-"""Where longer forecasts stop helping: one planner, one scenario, horizons by forecasters.
+"""Where policies and forecasts break: one knob turned at a time, everything else fixed.
 
-Everything but the forecaster and how far it looks is fixed, and every arm runs the same seeds.
+Every point of every curve runs the same seeds.
 """
 
 import io
@@ -13,61 +13,58 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from crowdsim.recordings.store import write_atomic
-from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.comparison import EvaluationConfig, ScenarioChoice, cross
 from envs.episode_rows import Row, rows_as_parquet
 from envs.evaluation import Progress, evaluate
 from envs.findings import number, share
 from envs.finished_tasks import FinishedTasks
+from envs.knobs import KNOBS, Setting, turned
 from envs.metric_table import METRICS, aggregate_name
+from envs.report.plots import ARM_COLORS
 
-HORIZONS = (0.4, 1.2, 2.4, 4.8, 7.2, 9.6)
 SHOWN = ("success", "collision_pedestrian", "time_to_goal_penalized", "forecast_fde")
-COLORS = ("#2f6fb3", "#8e44ad", "#e08a1e", "#1a9850", "#c2476b")
-WITHOUT = "without forecasts"
 
 
 @dataclass(frozen=True, kw_only=True)
 class StressConfig:
-    """What is varied and what is kept.
+    """What is turned and what is kept.
 
     Attributes:
-        forecasters: What `CrowdNavConfig.forecaster` takes, except `none`, which always runs too.
-        horizons: How far forecasts reach [s].
-        policy: The planner; it should plan as far ahead as the longest horizon.
+        knob: Name in `envs.knobs.KNOBS`.
+        policies: What `envs.policies.make_policy` takes; for the knob `horizon` a planner should
+            plan as far ahead as the longest one.
+        forecasters: What `CrowdNavConfig.forecaster` takes.
         scenario: Where.
-        seeds: One episode per seed, forecaster and horizon.
+        seeds: One episode per seed, policy, forecaster and value.
+        values: Where the knob is turned to; those of the knob if empty.
         environment: Keywords of `CrowdNavConfig` for all.
         workers: Processes.
         width: Episodes side by side in a process.
 
     Raises:
-        ValueError: No forecaster or no horizon, or one twice.
+        ValueError: An unknown knob, or a value twice.
     """
 
+    knob: str
+    policies: tuple[str, ...]
     forecasters: tuple[str, ...]
     scenario: ScenarioChoice
     seeds: tuple[int, ...]
-    horizons: tuple[float, ...] = HORIZONS
-    policy: str = "mppi@9.6"
+    values: tuple[Setting, ...] = ()
     environment: Mapping[str, Any] = field(default_factory=dict)
     workers: int = 1
     width: int = 8
 
     def __post_init__(self) -> None:
-        for name, values in (("forecasters", self.forecasters), ("horizons", self.horizons)):
-            if not values or len(set(values)) < len(values):
-                raise ValueError(f"{name}: expected at least one and each once, found {values}")
-        if "none" in self.forecasters:
-            raise ValueError("forecasters: expected names besides none, which always runs too")
+        if self.knob not in KNOBS:
+            raise ValueError(f"knob must be one of {', '.join(KNOBS)}, got {self.knob!r}")
+        if len(set(self.values)) < len(self.values):
+            raise ValueError(f"values: expected each once, found {self.values}")
 
     @property
-    def arms(self) -> dict[str, tuple[str, float]]:
-        """Forecaster and horizon of each arm with forecasts, by its name."""
-        return {
-            f"{Path(forecaster).name}@{horizon:g}s": (forecaster, horizon)
-            for forecaster in self.forecasters
-            for horizon in self.horizons
-        }
+    def settings(self) -> tuple[Setting, ...]:
+        """Where the knob is turned to."""
+        return self.values if self.values else KNOBS[self.knob].values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,9 +73,10 @@ class Stress:
 
     Attributes:
         config: What was asked.
-        rows: One per episode, as in `envs.evaluation.Evaluation`.
-        table: `run`, `scenario`, `without` (metrics without forecasts) and `curves`:
-            {forecaster: [{horizon, n, metrics, differences}]}; fits into JSON.
+        rows: One per episode, as in `envs.evaluation.Evaluation`; the scenario is `knob=value`.
+        table: `run`, `scenario`, `knob`, `label`, `reference` and `curves`:
+            {arm: [{value, n, metrics, differences}]}; fits into JSON. Differences are to the
+            reference, the first arm, at the same value.
     """
 
     config: StressConfig
@@ -93,10 +91,10 @@ def stress(
     command: str = "",
     finished: FinishedTasks | None = None,
 ) -> Stress:
-    """Runs every forecaster at every horizon, and the planner without forecasts.
+    """Runs every policy with every forecaster at every value of the knob.
 
     Args:
-        config: What is varied.
+        config: What is turned.
         progress: Called with the number of finished episodes and of all.
         command: How this was called, for the record.
         finished: As `envs.evaluation.evaluate` takes it.
@@ -104,15 +102,11 @@ def stress(
     Raises:
         ValueError: A bad name or value, before any episode is run.
     """
-    arms = [Arm(policy=config.policy, title=WITHOUT)]
-    arms += [
-        Arm(policy=config.policy, forecaster=forecaster, settings={"horizon": horizon}, title=name)
-        for name, (forecaster, horizon) in config.arms.items()
-    ]
+    points = {value: turned(config.scenario, config.knob, value) for value in config.settings}
     evaluation = evaluate(
         EvaluationConfig(
-            arms=tuple(arms),
-            scenarios=(config.scenario,),
+            arms=cross(config.policies, config.forecasters),
+            scenarios=tuple(points.values()),
             seeds=config.seeds,
             environment=config.environment,
             workers=config.workers,
@@ -124,20 +118,20 @@ def stress(
         command=command,
         finished=finished,
     )
-    group = evaluation.summary["scenarios"][config.scenario.name]
+    scenarios = evaluation.summary["scenarios"]
     curves: dict[str, list[dict[str, Any]]] = {}
-    for name, (forecaster, horizon) in config.arms.items():
-        point = {
-            "horizon": horizon,
-            **group["arms"][name],
-            "differences": group["differences"][name],
-        }
-        curves.setdefault(Path(forecaster).name, []).append(point)
+    for arm in evaluation.config.arms:
+        for value, point in points.items():
+            found = scenarios[point.name]
+            differences = found["differences"].get(arm.name, {})
+            entry = {"value": value, **found["arms"][arm.name], "differences": differences}
+            curves.setdefault(arm.name, []).append(entry)
     table = {
         "run": evaluation.summary["run"],
-        "policy": config.policy,
         "scenario": config.scenario.name,
-        "without": group["arms"][WITHOUT],
+        "knob": config.knob,
+        "label": KNOBS[config.knob].label,
+        "reference": evaluation.config.reference_arm,
         "curves": curves,
     }
     return Stress(config=config, rows=evaluation.rows, table=table)
@@ -159,50 +153,58 @@ def write_stress(result: Stress, folder: Path) -> None:
 
 def stress_table(table: Mapping[str, Any]) -> str:
     """The curves as a Markdown table; brackets hold 95 % intervals."""
-    head = ["forecaster", "horizon [s]", "n", *(METRICS[key].label for key in SHOWN)]
-    lines = [head, ["---"] * len(head), ["none", "–", *_cells(table["without"])]]
-    for forecaster, points in table["curves"].items():
-        lines += [[forecaster, f"{point['horizon']:g}", *_cells(point)] for point in points]
+    head = ["arm", table["label"], "n", *(METRICS[key].label for key in SHOWN)]
+    lines = [head, ["---"] * len(head)]
+    for arm, points in table["curves"].items():
+        lines += [[arm, _text(point["value"]), *_cells(point)] for point in points]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def stress_figure(table: Mapping[str, Any]) -> Figure:
-    """One panel per metric: a line with its interval per forecaster over the horizon."""
+    """One panel per metric: a line with its interval for each arm over the knob's values."""
     figure = Figure(figsize=(10.5, 6.2), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
+    values = [point["value"] for point in next(iter(table["curves"].values()))]
+    numeric = all(isinstance(each, int | float) and not isinstance(each, bool) for each in values)
+    places = values if numeric else list(range(len(values)))
     for axes, key in zip(panels, SHOWN, strict=True):
         factor, unit = (100.0, "%") if METRICS[key].kind == "share" else (1.0, METRICS[key].unit)
-        base = table["without"]["metrics"][aggregate_name(key)]
-        if base["mean"] is not None:
-            axes.axhline(factor * base["mean"], color="#7f8a99", linestyle="--", label=WITHOUT)
-        for (name, points), color in zip(table["curves"].items(), COLORS * 9, strict=False):
-            horizons, means, low, high = _curve(points, aggregate_name(key), factor)
-            axes.plot(horizons, means, "o-", color=color, label=name)
-            axes.fill_between(horizons, low, high, color=color, alpha=0.15, linewidth=0)
+        for (arm, points), color in zip(table["curves"].items(), ARM_COLORS * 9, strict=False):
+            known, means, low, high = _curve(points, places, aggregate_name(key), factor)
+            axes.plot(known, means, "o-", color=color, label=arm)
+            axes.fill_between(known, low, high, color=color, alpha=0.12, linewidth=0)
         axes.set_title(f"{METRICS[key].label} [{unit}]", loc="left", fontsize=10.5)
-        axes.set_xlabel("forecast horizon [s]")
+        axes.set_xlabel(table["label"])
+        if not numeric:
+            axes.set_xticks(places, [_text(value) for value in values])
+        if numeric and values[0] > values[-1]:
+            axes.invert_xaxis()
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(alpha=0.2)
-    panels[0].legend(frameon=False)
+    panels[0].legend(frameon=False, fontsize=8.5)
+    count = next(iter(table["curves"].values()))[0]["n"]
     figure.suptitle(
-        f"{table['policy']} in {table['scenario']}, n = {table['without']['n']} per point, "
-        "bands are 95 % intervals",
-        fontsize=11,
+        f"{table['scenario']}, n = {count} per point, bands are 95 % intervals", fontsize=11
     )
     return figure
 
 
 def _curve(
-    points: Sequence[Mapping[str, Any]], name: str, factor: float
+    points: Sequence[Mapping[str, Any]], places: Sequence[float], name: str, factor: float
 ) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Horizons, means and interval ends of the points where the metric is known."""
-    known = [point for point in points if point["metrics"][name]["low"] is not None]
-    entries = [point["metrics"][name] for point in known]
-    horizons = [float(point["horizon"]) for point in known]
+    """Places, means and interval ends of the points where the metric is known."""
+    entries = [(place, point["metrics"][name]) for place, point in zip(places, points, strict=True)]
+    known = [(place, entry) for place, entry in entries if entry["low"] is not None]
     means, low, high = (
-        [factor * entry[end] for entry in entries] for end in ("mean", "low", "high")
+        [factor * entry[end] for _, entry in known] for end in ("mean", "low", "high")
     )
-    return horizons, means, low, high
+    return [place for place, _ in known], means, low, high
+
+
+def _text(value: Setting) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def _cells(arm: Mapping[str, Any]) -> list[str]:

@@ -1,18 +1,19 @@
-"""`crowdnav stress`: where longer forecasts stop helping."""
+"""`crowdnav stress`: where policies and forecasts break."""
 
 from pathlib import Path
 from typing import Any
 
 from jsonargparse.typing import NonNegativeInt, PositiveInt
 
-from scripts.options import Names, PositiveNumber, Seeds
+from scripts.options import Names, Seeds
 from scripts.output import require_file, require_folder, write_json
 
 
 def stress(
-    horizons: list[PositiveNumber] | None = None,
-    forecasters: Names = Names("constant_velocity,iterative_attention"),
-    policy: str = "mppi@9.6",
+    knob: str = "horizon",
+    values: list[bool | int | float | str] | None = None,
+    policies: Names = Names("mppi@9.6"),
+    forecasters: Names = Names("none,constant_velocity,iterative_attention"),
     scenario: str = "circular_crossing",
     scenario_parameters: dict[str, Any] | None = None,
     seeds: Seeds = Seeds(20),
@@ -23,20 +24,22 @@ def stress(
     json: Path | None = None,
     seed: NonNegativeInt = 0,
 ) -> None:
-    """Vary how far ahead forecasts reach, with everything else fixed and on common seeds.
+    """Turn one knob from usual to hard, with everything else fixed and on common seeds.
 
     Writes the curves as `stress.json`, `stress.md`, `stress.svg` and `stress.png`, and one row per
-    episode as `episodes.parquet`. The planner without forecasts always runs along.
+    episode as `episodes.parquet`. The first policy with the first forecaster is the reference that
+    the differences in `stress.json` are taken against.
 
     Args:
-        horizons: Horizons [s], whole multiples of 0.4 s, such as [0.4,4.8]; 0.4 to 9.6 s if not
-            given.
-        forecasters: As `crowdnav evaluate` takes them, without `none`.
-        policy: `mppi@SECONDS`, which plans that far ahead whatever the horizon of the forecasts,
-            `mppi` (4.8 s), `straight`, or a folder written by `crowdnav train-policy`.
+        knob: horizon, density, crowd_speed, awareness, goal_changes, sudden_stops, motion_model,
+            missed_detections, position_noise, track_losses, occlusion, field_of_view or history.
+        values: Where to turn it to, such as [0.4,4.8]; the usual ones if not given.
+        policies: As `crowdnav evaluate` takes them; `mppi@SECONDS` plans that far ahead whatever
+            the horizon of the forecasts.
+        forecasters: As `crowdnav evaluate` takes them.
         scenario: Name of the scenario.
         scenario_parameters: Its keywords, such as {"pedestrians": 40}.
-        seeds: Number of episodes of each forecaster at each horizon, or their seeds.
+        seeds: Number of episodes of each arm at each value, or their seeds.
         environment: Keywords of the environment for all, such as {"robot": "holonomic"}.
         workers: Processes, one thread each; no result depends on their number.
         resume: Go on where an interrupted run with the same options stopped.
@@ -47,15 +50,16 @@ def stress(
     require_folder(out)
     require_file(json)
     from envs.comparison import ScenarioChoice
-    from envs.stress import HORIZONS, StressConfig, stress_table, write_stress
+    from envs.stress import StressConfig, stress_table, write_stress
     from envs.stress import stress as run
     from scripts.interruption import kept_tasks
     from scripts.progress import episodes_bar
 
     config = StressConfig(
+        knob=knob,
+        values=() if values is None else tuple(values),
+        policies=policies,
         forecasters=forecasters,
-        horizons=HORIZONS if horizons is None else tuple(horizons),
-        policy=policy,
         scenario=ScenarioChoice(
             scenario=scenario,
             parameters={} if scenario_parameters is None else scenario_parameters,

@@ -1,0 +1,146 @@
+"""What a stress test turns: one thing at a time, from what is usual to what is hard."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import shapely
+
+from crowdsim.motion import MODEL_NAMES
+from crowdsim.scenarios import make_scenario
+from envs.comparison import ScenarioChoice
+
+Setting = float | int | bool | str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knob:
+    """One thing that can be made harder.
+
+    Attributes:
+        label: What the axis of a plot says, with the unit.
+        values: Where it is turned to unless told otherwise, in the order of the axis.
+        turn: Gives the scenario at a value.
+    """
+
+    label: str
+    values: tuple[Setting, ...]
+    turn: Callable[[ScenarioChoice, Any], ScenarioChoice]
+
+
+def turned(choice: ScenarioChoice, name: str, value: Setting) -> ScenarioChoice:
+    """Returns a scenario with one knob of `KNOBS` turned to a value; its title says so.
+
+    Raises:
+        ValueError: An unknown knob, or one that this scenario does not have.
+    """
+    if name not in KNOBS:
+        raise ValueError(f"knob must be one of {', '.join(KNOBS)}, got {name!r}")
+    scenario = KNOBS[name].turn(choice, value)
+    return _replaced(scenario, title=f"{name}={value:g}" if _number(value) else f"{name}={value}")
+
+
+def _replaced(choice: ScenarioChoice, **changes: Any) -> ScenarioChoice:
+    return ScenarioChoice(**{**vars(choice), **changes})
+
+
+def _number(value: Setting) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _environment(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
+    """A keyword of `CrowdNavConfig`."""
+
+    def turn(choice: ScenarioChoice, value: Any) -> ScenarioChoice:
+        return _replaced(choice, settings={**choice.settings, key: value})
+
+    return turn
+
+
+def _parameter(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
+    """A keyword of the scenario."""
+
+    def turn(choice: ScenarioChoice, value: Any) -> ScenarioChoice:
+        return _replaced(choice, parameters={**choice.parameters, key: value})
+
+    return turn
+
+
+def _behaviour(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
+    """A keyword of `crowdsim.behaviour.Behaviour`."""
+
+    def turn(choice: ScenarioChoice, value: Any) -> ScenarioChoice:
+        present: Mapping[str, float] = choice.parameters.get("behaviour", {})
+        return _parameter("behaviour")(choice, {**present, key: value})
+
+    return turn
+
+
+def _density(choice: ScenarioChoice, value: float) -> ScenarioChoice:
+    """As many people as make this density on the ground of the scenario [1/m^2]."""
+    scenario = make_scenario(choice.scenario, np.random.default_rng(0), **choice.parameters)
+    ground = shapely.box(*scenario.map.bounds).difference(scenario.map.obstacles)
+    return _parameter("pedestrians")(choice, round(value * ground.area))
+
+
+KNOBS: Final[Mapping[str, Knob]] = {
+    "horizon": Knob(
+        label="forecast horizon [s]",
+        values=(0.4, 1.2, 2.4, 4.8, 7.2, 9.6),
+        turn=_environment("horizon"),
+    ),
+    "density": Knob(
+        label="people on the ground [1/m²]", values=(0.02, 0.05, 0.1, 0.15, 0.2), turn=_density
+    ),
+    "crowd_speed": Knob(
+        label="people's speed against the usual",
+        values=(0.5, 0.75, 1.0, 1.5, 2.0),
+        turn=_environment("crowd_speed"),
+    ),
+    "awareness": Knob(
+        label="share of people who notice the robot",
+        values=(1.0, 0.75, 0.5, 0.25, 0.0),
+        turn=_environment("robot_awareness"),
+    ),
+    "goal_changes": Knob(
+        label="goal changes per person [1/s]",
+        values=(0.0, 0.05, 0.1, 0.2),
+        turn=_behaviour("goal_change_rate"),
+    ),
+    "sudden_stops": Knob(
+        label="sudden stops per person [1/s]",
+        values=(0.0, 0.05, 0.1, 0.2),
+        turn=_behaviour("stop_rate"),
+    ),
+    "motion_model": Knob(
+        label="motion model of the people", values=MODEL_NAMES, turn=_parameter("model")
+    ),
+    "missed_detections": Knob(
+        label="share of missed detections",
+        values=(0.0, 0.1, 0.2, 0.4, 0.6),
+        turn=_environment("missed_detections"),
+    ),
+    "position_noise": Knob(
+        label="noise of measured positions [m]",
+        values=(0.0, 0.05, 0.1, 0.2, 0.4),
+        turn=_environment("position_noise"),
+    ),
+    "track_losses": Knob(
+        label="lost tracks per person [1/s]",
+        values=(0.0, 0.1, 0.25, 0.5, 1.0),
+        turn=_environment("track_loss_rate"),
+    ),
+    "occlusion": Knob(
+        label="people and walls hide people", values=(False, True), turn=_environment("occlusion")
+    ),
+    "field_of_view": Knob(
+        label="field of view [rad]",
+        values=(2.0 * np.pi, 4.5, 3.0, 2.0, 1.0),
+        turn=_environment("field_of_view"),
+    ),
+    "history": Knob(
+        label="frames of history", values=(8, 6, 4, 3, 2, 1), turn=_environment("history_kept")
+    ),
+}
+"""By name."""
