@@ -65,7 +65,7 @@ def _measure(count: int, walls: bool, seed: int) -> dict[str, Rows]:
             _peer_row(count, walls, name, peer, float(np.median(theirs[name])))
             for name, peer in peers.items()
         ],
-        "crowd_ratios": _ratios(count, walls, ours[0], theirs),
+        "crowd_ratios": ratios(count, walls, ours[0], theirs),
     }
 
 
@@ -109,10 +109,10 @@ def _peer_row(count: int, walls: bool, name: str, peer: Peer, seconds: float) ->
     }
 
 
-def _ratios(
+def ratios(
     count: int, walls: bool, ours: NDArray[np.float64], theirs: dict[str, NDArray[np.float64]]
 ) -> Rows:
-    """One row, or none without a peer; times (`REPEATS`,) of our default model and each peer."""
+    """One row, or none without a peer; times (`REPEATS`,) of our default model and of each peer."""
     if not theirs:
         return []
     fastest = min(theirs, key=lambda name: float(np.median(theirs[name])))

@@ -78,15 +78,15 @@ def peer(request: pytest.FixtureRequest) -> Peer:
     return kind(crowd.counterflow(12, True, "social_force", 0))
 
 
-def test_a_peer_walks_to_and_fro_between_its_walls(peer: Peer) -> None:
+def test_a_peer_walks_back_and_forth_between_its_walls(peer: Peer) -> None:
     start_at, _ = peer.step()
     x_min, y_min, x_max, y_max = crowd.counterflow(12, True, "social_force", 0).map.bounds
-    furthest = np.zeros(12)
+    rows, furthest = start_at[:, 1] // crowd.ROW_HEIGHT, np.zeros(12)
     for _ in range(round(30.0 / peer.dt)):
         positions, velocities = peer.step()
         furthest = np.maximum(furthest, np.abs(positions[:, 0] - start_at[:, 0]))
         # The walls between rows keep everybody in the row of the start.
-        assert np.array_equal(positions[:, 1] // crowd.ROW_HEIGHT, start_at[:, 1] // 2.5)
+        assert np.array_equal(positions[:, 1] // crowd.ROW_HEIGHT, rows)
     assert ((positions > (x_min, y_min)) & (positions < (x_max, y_max))).all()
     assert furthest.mean() > 1.0
     assert 0.2 < np.linalg.norm(velocities, axis=1).mean() < 2.5
@@ -107,6 +107,13 @@ def test_a_crowd_that_stands_still_is_not_timed() -> None:
 
     with pytest.raises(RuntimeError, match=r"Frozen.*0\.00 m/s"):
         crowd_peers.mean_speed(Frozen())
+
+
+def test_the_ratio_is_of_times_taken_together() -> None:
+    ours = np.array([1.0, 8.0, 2.0])  # the machine was slow in the second round
+    theirs = {"slow": 9.0 * ours, "fast": 3.0 * ours}
+    (row,) = crowd_peers.ratios(10, True, ours, theirs)
+    assert row == {"n": 10, "walls": True, "fastest_peer": "fast", "ratio": 3.0}
 
 
 @pytest.mark.usefixtures("quick")
