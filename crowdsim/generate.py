@@ -92,13 +92,15 @@ class Plan:
             np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(index, stream)))
             for stream in range(2)
         )
-        name, parameters = self.scenarios[index % len(self.scenarios)], dict[str, Any]()
+        name = self.scenarios[index % len(self.scenarios)]
+        parameters = {} if self.model is None else {"model": self.model}
         if name == MIXED:
-            name, parameters = draw_mixed(scenario_rng)
-        if self.model is not None:
-            parameters["model"] = self.model
+            scenario = draw_mixed(scenario_rng, **parameters)
+            name = scenario.name
+        else:
+            scenario = make_scenario(name, scenario_rng, **parameters)
         return record(
-            make_scenario(name, scenario_rng, **parameters),
+            scenario,
             world_rng,
             name=f"{Path(name).stem}-{index:05d}",
             seconds=self.seconds,

@@ -40,7 +40,8 @@ def circular_crossing(
         pedestrians: Number of people, 0 to 200.
         radius: Radius of the circle [m], 2 to 30.
         noise: Starts are moved by up to this much along x and y [m], 0 to 2.
-        on_arrival: `return` (walk back and forth for ever) or `stop`.
+        on_arrival: `return` (walk back and forth for ever), `stop`, or `respawn` (start again as a
+            new person).
         model: Motion model of all, or the share of each.
 
     Raises:
@@ -49,8 +50,8 @@ def circular_crossing(
     require_count("pedestrians", pedestrians, 0, 200)
     require_range("radius", radius, 2.0, 30.0)
     require_range("noise", noise, 0.0, 2.0)
-    if on_arrival not in ("return", "stop"):
-        raise ValueError(f"on_arrival must be return or stop, got {on_arrival!r}")
+    if on_arrival not in ("return", "stop", "respawn"):
+        raise ValueError(f"on_arrival must be return, stop or respawn, got {on_arrival!r}")
 
     def draw(_: int) -> NDArray[np.float64]:
         angle = rng.uniform(-math.pi, math.pi)

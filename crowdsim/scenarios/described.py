@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.distance_field import distance_field
-from crowdsim.groups import draw_groups
+from crowdsim.groups import abreast, draw_groups
 from crowdsim.map import Map
 from crowdsim.maps import Place, make_place
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import ALONE, Pedestrians
+from crowdsim.routes import GOAL_SPACING
 from crowdsim.scenario import OnArrival, Scenario
 from crowdsim.scenarios.placement import ATTEMPTS, place_parties
 from crowdsim.scenarios.walks import formation, shifted
+from crowdsim.wayfinding import geodesic_field
 
 FloatArray = NDArray[np.float64]
 
@@ -55,6 +57,8 @@ class Flow:
         desired_speed: Mean and deviation of a normal distribution [m/s]; None is that of
             `Pedestrians.draw`. A mean of 0 makes them stand, facing their goal.
         groups: Share of them who walk in groups, 0 to 1.
+        spread: Whether they begin anywhere on the walk to their first point, as if they had long
+            been coming, instead of all at the start.
         model: Motion model of all, or the share of each.
     """
 
@@ -64,6 +68,7 @@ class Flow:
     via: tuple[Region, ...] = ()
     desired_speed: tuple[float, float] | None = None
     groups: float = 0.0
+    spread: bool = False
     model: ModelChoice = "social_force"
 
 
@@ -121,6 +126,7 @@ class Description:
             map=points.map,
             pedestrians=_joined(crowds, model),
             on_arrival=self.on_arrival,
+            entrances=_entrances(crowds) if self.on_arrival == "respawn" else None,
             robot_start=robot_start,
             robot_goal=robot_goal,
             time_limit=self.time_limit,
@@ -198,6 +204,14 @@ class Points:
                 return np.asarray(point)
         raise ValueError(f"no free point found in {region}: walls are nearer than {CLEAR} m")
 
+    def on_the_walk(self, rng: np.random.Generator, way: FloatArray, size: int) -> FloatArray:
+        """Places (size, 2) side by side, anywhere on the walk to the first point of a way."""
+        goal = np.round(way[1] / GOAL_SPACING) * GOAL_SPACING
+        field = geodesic_field(self.map, goal)
+        there = field.point_ahead(way[0], rng.uniform(0.0, 0.9) * field.length(way[0]))
+        ahead_x, ahead_y = field.direction(there).tolist()
+        return abreast(there, math.atan2(ahead_y, ahead_x), size)
+
     def are_free(self, points: FloatArray) -> NDArray[np.bool_]:
         """Whether somebody can stand at points (..., 2), (...,)."""
         clear = self._field.distance(points) >= CLEAR
@@ -218,6 +232,7 @@ class _Crowd:
         self._points = points
         self._rng = rng
         self._ways = np.empty((self.count, len(self._regions), 2))
+        self._begin = np.empty((self.count, 2))
 
     def draw_party(self, first: int, size: int) -> FloatArray:
         """Draw the way of those who walk together; returns their starts (size, 2)."""
@@ -226,8 +241,18 @@ class _Crowd:
         lines = np.array([shifted(way, left) for left in across])  # (size, 1 + G, 2)
         free = self._points.are_free(lines)
         self._ways[first : first + size] = np.where(free[..., None], lines, way)
+        if self.flow.spread:
+            self._begin[first : first + size] = self._points.on_the_walk(self._rng, way, size)
+        else:
+            self._begin[first : first + size] = lines[:, 0]
+        begin = self._begin[first : first + size]
         # Nothing keeps clear of NaN: who stands in a wall is drawn again.
-        return np.where(free[:, :1], lines[:, 0], np.nan)
+        return np.where(self._points.are_free(begin)[:, None], begin, np.nan)
+
+    @property
+    def entrances(self) -> FloatArray:
+        """(N, 2) where their ways begin [m]."""
+        return self._ways[:, 0]
 
     def people(self, length: int, model: ModelChoice | None) -> Pedestrians:
         """Those who were put down, with `length` waypoints each; the goal is repeated."""
@@ -235,7 +260,7 @@ class _Crowd:
         padding = np.repeat(goals[:, -1:], length - goals.shape[1], axis=1)
         return Pedestrians.draw(
             self._rng,
-            position=self._ways[:, 0],
+            position=self._begin,
             waypoints=np.concatenate([goals, padding], axis=1),
             desired_speed=self._speeds(),
             model=self.flow.model if model is None else model,
@@ -262,6 +287,10 @@ def _put_down(crowds: list[_Crowd], robot: tuple[float, ...]) -> None:
 
     group = np.concatenate([crowd.group for crowd in crowds])
     place_parties(group, draw, keep_away=[robot])
+
+
+def _entrances(crowds: list[_Crowd]) -> FloatArray:
+    return np.concatenate([crowd.entrances for crowd in crowds])
 
 
 def _joined(crowds: list[_Crowd], model: ModelChoice | None) -> Pedestrians:

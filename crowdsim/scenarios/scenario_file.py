@@ -42,7 +42,7 @@ Named = tuple[str, dict[str, Any]]
 ENDINGS: Final = (".yaml", ".yml")
 DESCRIBED: Final = ("map", "people", "robot")
 OPTIONS: Final = ("name", "on_arrival", "time_limit")
-PEOPLE: Final = ("via", "desired_speed", "groups", "model")
+PEOPLE: Final = ("via", "desired_speed", "groups", "spread", "model")
 
 
 def is_scenario_file(name: str) -> bool:
@@ -206,6 +206,9 @@ def _flow(where: str, content: Any) -> Flow:
     groups = _number(f"{where}.groups", keys.get("groups", 0.0))
     if not 0.0 <= groups <= 1.0:
         raise ValueError(f"{where}.groups: expected a share of 0 to 1, found {groups}")
+    spread = keys.get("spread", False)
+    if not isinstance(spread, bool):
+        raise ValueError(f"{where}.spread: expected true or false, found {spread!r}")
     return Flow(
         count=_counts(f"{where}.count", keys["count"], MOST_PEOPLE),
         start=_region(f"{where}.start", keys["start"]),
@@ -213,6 +216,7 @@ def _flow(where: str, content: Any) -> Flow:
         goal=_region(f"{where}.goal", keys["goal"]),
         desired_speed=_speed(f"{where}.desired_speed", keys.get("desired_speed")),
         groups=groups,
+        spread=spread,
         model=_model(f"{where}.model", keys.get("model", "social_force")),
     )
 

@@ -19,6 +19,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 def test_the_bytes_do_not_depend_on_the_workers(tmp_path):
     length = {"hours": (PER_SHARD + 1) * 10.0 / 3600.0, "seconds": 10.0, "warmup": 0.0}
+    length["scenarios"] = ["urban_crossing", "narrow_doorway"]
     for workers in (1, 2):
         folder = tmp_path / str(workers)
         generate_dataset(folder, **length, seed=5, workers=workers, progress=False)

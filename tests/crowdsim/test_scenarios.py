@@ -1,13 +1,15 @@
 """Scenarios: seeded, without overlap, on open ground, with a task worth solving."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios import SCENARIOS, make_scenario
-from crowdsim.scenarios.mixed import MIXTURE, draw_mixed
 from crowdsim.scenarios.street import street
+from crowdsim.world import World
 
 SYNTHETIC = [name for name in SCENARIOS if name != "replay"]
 
@@ -121,7 +123,7 @@ def test_unknown_names_and_parameters_list_the_known_ones():
     [
         ("circular_crossing", {"radius": -1.0}, "radius must be in 2"),
         ("circular_crossing", {"pedestrians": 2.5}, "whole number"),
-        ("circular_crossing", {"on_arrival": "respawn"}, "return or stop"),
+        ("circular_crossing", {"on_arrival": "leave"}, "stop or respawn"),
         ("circular_crossing", {"pedestrians": 200, "radius": 2.0}, "no room"),
         ("parallel_traffic", {"width": float("nan")}, "width must be in"),
         ("narrow_doorway", {"crossing": 2.0}, "crossing must be in"),
@@ -144,14 +146,6 @@ def test_a_robot_inside_a_building_is_refused():
             robot_start=scenario.robot_start,
             robot_goal=(0.0, 3.0),
         )
-
-
-def test_the_mixture_draws_all_of_its_scenarios():
-    rng = np.random.default_rng(0)
-    draws = [draw_mixed(rng) for _ in range(60)]
-    assert {name for name, _ in draws} == set(MIXTURE)
-    for name, parameters in draws[:12]:
-        make_scenario(name, rng, **parameters)
 
 
 @pytest.mark.parametrize("scene", ["crowds_zara01", "biwi_eth"])
@@ -177,3 +171,17 @@ def test_replayed_people_walk_on_the_open_ground_of_their_map(data_root):
     pixel = pixel[:, :2] / pixel[:, 2:]
     inside = ((pixel > 3.0) & (pixel < (width - 4.0, height - 4.0))).all(axis=1)
     assert scenario.map.walkable(points[inside]).mean() > 0.99
+
+
+def test_each_person_has_a_word_on_arrival():
+    two = replace(make("narrow_hallway", 0, pedestrians=2), on_arrival=("stop", "respawn"))
+    world = World(two, rng=np.random.default_rng(0))
+    for _ in range(600):
+        world.step()
+    assert world.ids[0] == 0
+    assert np.linalg.norm(world.positions[0] - two.pedestrians.waypoints[0, -1]) < 0.6
+    assert world.ids[1] > 1
+    with pytest.raises(ValueError, match="one for each of 2 people, got 3"):
+        replace(two, on_arrival=("stop",) * 3)
+    with pytest.raises(ValueError, match="on_arrival must be one of"):
+        replace(two, on_arrival=("stop", "vanish"))
