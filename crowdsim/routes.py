@@ -1,6 +1,7 @@
 """Where each pedestrian walks to, and what happens on arrival."""
 
 import math
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -65,7 +66,7 @@ class Routes:
         self,
         pedestrians: Pedestrians,
         world_map: Map,
-        on_arrival: str,
+        on_arrival: str | Sequence[str],
         entrances: FloatArray | None = None,
         *,
         enters_at: IntArray | None = None,
@@ -76,7 +77,7 @@ class Routes:
         Args:
             pedestrians: who walks, and where to.
             world_map: what is in the way.
-            on_arrival: `stop`, `return`, `respawn` or `leave`.
+            on_arrival: `stop`, `return`, `respawn` or `leave`, for all or for each.
             entrances: `(N, 2)` where people enter [m]; None is where they start.
             enters_at: `(N,)` step at which those enter who are not there at the start.
             goals_change: whether people may have to come to any goal from anywhere.
@@ -85,7 +86,8 @@ class Routes:
         self.points: FloatArray = np.concatenate([first[:, None], pedestrians.waypoints], axis=1)
         self.legs: IntArray = np.ones(len(pedestrians), dtype=np.int64)
         self.onward: IntArray = np.ones(len(pedestrians), dtype=np.int64)
-        self._on_arrival = _ON_ARRIVAL[on_arrival]
+        each = [on_arrival] * len(pedestrians) if isinstance(on_arrival, str) else on_arrival
+        self._on_arrival: IntArray = np.array([_ON_ARRIVAL[word] for word in each], dtype=np.int64)
         self._start_velocity = pedestrians.velocity
         self._next_id = len(pedestrians)
         self.enters_at: IntArray = (
@@ -93,7 +95,7 @@ class Routes:
         )
         walked_to = np.ones(self.points.shape[:2], dtype=np.bool_)
         # Nobody but those who return ever walks to the start.
-        walked_to[:, 0] = on_arrival == "return"
+        walked_to[:, 0] = self._on_arrival == RETURN
         by_wall = _needs_field(self.points, world_map)
         if goals_change and len(world_map.segments):
             by_wall[:] = True
@@ -143,7 +145,6 @@ class Routes:
             desired_speed: `(N,)` [m/s].
             direction: `(M, 2)`, changed in place.
         """
-        stops_at = self.points.shape[1] - 1 if self._on_arrival == STOP else -1
         _steer(
             bodies,
             desired_speed,
@@ -152,7 +153,7 @@ class Routes:
             self._fields,
             self._anchors,
             self._origin,
-            stops_at,
+            self._on_arrival,
             direction,
         )
 
@@ -235,7 +236,7 @@ def _steer(
     fields: IntArray,
     anchors: AnchorArray,
     origin: FloatArray,
-    stops_at: int,
+    on_arrival: IntArray,
     direction: FloatArray,
 ) -> None:
     for i in range(len(legs)):
@@ -246,7 +247,7 @@ def _steer(
         if field != STRAIGHT:
             aim_x, aim_y = next_point(anchors[field], origin, goal, x, y)
         length = math.hypot(aim_x - x, aim_y - y)
-        if legs[i] == stops_at:
+        if on_arrival[i] == STOP and legs[i] == points.shape[1] - 1:
             nearness = math.hypot(goal[0] - x, goal[1] - y) / STOPPING_TIME
             length *= max(1.0, desired_speed[i] / nearness) if nearness > 0 else 1.0
         direction[i, 0] = (aim_x - x) / length if length > 0 else 0.0
@@ -266,7 +267,7 @@ def _advance(
     onward: IntArray,
     enters_at: IntArray,
     start_velocity: FloatArray,
-    on_arrival: int,
+    on_arrival: IntArray,
 ) -> int:
     """Do what `Routes.advance` says; gives the next unused id."""
     last = points.shape[1] - 1
@@ -278,11 +279,11 @@ def _advance(
                 next_id += 1
         elif _has_arrived(bodies[i], points[i, legs[i] - onward[i]], points[i, legs[i]]):
             at_end = legs[i] == (last if onward[i] > 0 else 0)
-            if at_end and on_arrival in (RESPAWN, LEAVE):
+            if at_end and (on_arrival[i] == RESPAWN or on_arrival[i] == LEAVE):
                 present[i] = False
-                enters_at[i] = NEVER if on_arrival == LEAVE else 0
+                enters_at[i] = NEVER if on_arrival[i] == LEAVE else 0
                 park(bodies, i)
-            elif at_end and on_arrival == RETURN:
+            elif at_end and on_arrival[i] == RETURN:
                 onward[i] = -onward[i]
                 legs[i] += onward[i]
             elif not at_end:

@@ -28,7 +28,8 @@ class Scenario:
             recorded track, in the order of `replay.ids`, and the recorded tracks drive them.
         on_arrival: What a person does at the last waypoint: stand there (`stop`), walk the
             waypoints backwards to the start (`return`), leave and enter again as a new person
-            with a new id (`respawn`), or leave for good (`leave`).
+            with a new id (`respawn`), or leave for good (`leave`). One word for all, or one for
+            each of the N people.
         entrances: (N, 2) where each person enters [m]; None means at the start. People
             start somewhere on the way from there to their first waypoint.
         entry_times: (N,) time at which each person enters, or as soon after it as there is room
@@ -50,7 +51,7 @@ class Scenario:
     pedestrians: Pedestrians
     robot_start: tuple[float, float, float]
     robot_goal: tuple[float, float]
-    on_arrival: OnArrival = "stop"
+    on_arrival: OnArrival | tuple[OnArrival, ...] = "stop"
     entrances: NDArray[np.float64] | None = None
     entry_times: NDArray[np.float64] | None = None
     behaviour: Behaviour | None = None
@@ -59,8 +60,7 @@ class Scenario:
     replay_start: int = 0
 
     def __post_init__(self) -> None:
-        if self.on_arrival not in ON_ARRIVAL:
-            raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
+        self._check_on_arrival()
         if not (np.isfinite(self.time_limit) and self.time_limit > 0.0):
             raise ValueError(f"time_limit must be positive seconds, got {self.time_limit}")
         self._check_entering()
@@ -68,9 +68,23 @@ class Scenario:
         if self.replay is not None:
             self._check_replay(self.replay)
 
+    def _check_on_arrival(self) -> None:
+        if not set(self._words_on_arrival()) <= set(ON_ARRIVAL):
+            raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
+        if not isinstance(self.on_arrival, str) and len(self.on_arrival) != len(self.pedestrians):
+            raise ValueError(
+                f"on_arrival must be one word, or one for each of {len(self.pedestrians)} people, "
+                f"got {len(self.on_arrival)}"
+            )
+
+    def _words_on_arrival(self) -> tuple[str, ...]:
+        return (self.on_arrival,) if isinstance(self.on_arrival, str) else self.on_arrival
+
     def _check_entering(self) -> None:
         positions, times = self.pedestrians.position, self.entry_times
-        if self.entrances is not None and self.on_arrival != "respawn" and times is None:
+        words = self._words_on_arrival()
+        nobody_enters = len(words) > 0 and "respawn" not in words and times is None
+        if self.entrances is not None and nobody_enters:
             raise ValueError(
                 f"entrances need on_arrival='respawn' or entry_times, got {self.on_arrival!r}"
             )

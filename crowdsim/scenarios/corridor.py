@@ -58,7 +58,7 @@ def parallel_traffic(
 def narrow_hallway(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 3,
+    pedestrians: int = 2,
     length: float = 18.0,
     width: float = 1.8,
     oncoming: float = 1.0,

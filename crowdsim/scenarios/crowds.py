@@ -1,7 +1,6 @@
 """Crowds of which a part stands: people who talk while others walk by, or who look at the robot."""
 
 import math
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from crowdsim.groups import draw_groups
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import ALONE, Pedestrians
-from crowdsim.scenario import Scenario
+from crowdsim.scenario import OnArrival, Scenario
 from crowdsim.scenarios.open_ground import OPEN_LANE, RUN_UP, across_square, open_ground
 from crowdsim.scenarios.placement import place, place_parties, require_count, require_range
 from crowdsim.scenarios.walks import Walks, draw_walks
@@ -20,8 +19,6 @@ IntArray = NDArray[np.int64]
 
 CIRCLE: Final = 0.85
 """Distance between neighbors in a circle of people who talk [m]."""
-AWAY: Final = 50.0
-"""How far ahead the goal of people who stand is, so that nobody who is pushed arrives [m]."""
 RING: Final = (1.1, 3.2)
 """Least and largest distance of onlookers from the robot [m]."""
 
@@ -58,12 +55,10 @@ def crowd_navigation(
     half = 0.5 * size
     robot_y = half - RUN_UP
     together = draw_groups(rng, round(standing * pedestrians), 1.0)
-    middles = np.empty((len(together), 2))
 
-    def circle(first: int, count: int) -> FloatArray:
-        middles[first : first + count] = rng.uniform(2.0 - half, half - 2.0, 2)
-        places = _circle(count, rng.uniform(-math.pi, math.pi))
-        return np.asarray(middles[first] + places)
+    def circle(_: int, count: int) -> FloatArray:
+        middle = rng.uniform(2.0 - half, half - 2.0, 2)
+        return np.asarray(middle + _circle(count, rng.uniform(-math.pi, math.pi)))
 
     stand = place_parties(together, circle, keep_away=[(0.0, -robot_y), (0.0, robot_y)])
 
@@ -79,22 +74,15 @@ def crowd_navigation(
         groups=groups,
         keep_away=[(0.0, -robot_y), *stand.tolist()],
     )
-    return Scenario(
-        name="crowd_navigation",
-        map=open_ground(half, half),
-        pedestrians=_crowd(rng, stand, middles, together, walks, model),
-        on_arrival="respawn",
-        entrances=np.concatenate([stand, walks.entrances]),
-        robot_start=(0.0, -robot_y, 0.5 * math.pi),
-        robot_goal=(0.0, robot_y),
-        time_limit=max(40.0, 6.0 * robot_y),
+    return _standing_and_walking(
+        rng, "crowd_navigation", stand, together, walks, model, half, -robot_y
     )
 
 
 def robot_crowding(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 16,
+    pedestrians: int = 18,
     size: float = 14.0,
     standing: float = 0.6,
     groups: float = 0.0,
@@ -140,47 +128,45 @@ def robot_crowding(
         groups=groups,
         keep_away=[robot.tolist(), *stand.tolist()],
     )
-    middles = np.broadcast_to(robot, stand.shape)
-    return Scenario(
-        name="robot_crowding",
-        map=open_ground(half, half),
-        pedestrians=_crowd(rng, stand, middles, alone, walks, model),
-        on_arrival="respawn",
-        entrances=np.concatenate([stand, walks.entrances]),
-        robot_start=(0.0, float(robot[1]), 0.5 * math.pi),
-        robot_goal=(0.0, half - RUN_UP),
-        time_limit=max(40.0, 3.0 * size),
+    return _standing_and_walking(
+        rng, "robot_crowding", stand, alone, walks, model, half, float(robot[1])
     )
 
 
-def _crowd(
+def _standing_and_walking(
     rng: np.random.Generator,
+    name: str,
     stand: FloatArray,
-    middles: FloatArray,
     together: IntArray,
     walks: Walks,
     model: ModelChoice,
-) -> Pedestrians:
-    """Those who stand (S, 2), look at the middles (S, 2) and make groups (S,), and who walk."""
-    ahead = middles - stand
-    distance = np.linalg.norm(ahead, axis=1, keepdims=True)
-    ahead = np.divide(ahead, distance, out=np.ones_like(ahead), where=distance > 0.0)
-    points = walks.ways.shape[1] - 1
-    goals = np.repeat((stand + AWAY * ahead)[:, None], points, axis=1)  # (S, G, 2)
-    standing_groups = together.max(initial=ALONE) + 1
-    walking = np.where(walks.group == ALONE, ALONE, walks.group + standing_groups)
-    crowd = Pedestrians.draw(
-        rng,
-        position=np.concatenate([stand, walks.start]),
-        waypoints=np.concatenate([goals, walks.ways[:, 1:]]),
-        group=np.concatenate([together, walking]),
-        model=model,
-    )
-    walks_on = np.arange(len(crowd)) >= len(stand)
-    return replace(
-        crowd,
-        desired_speed=np.where(walks_on, crowd.desired_speed, 0.0),
-        velocity=np.where(walks_on[:, None], crowd.velocity, 0.0),
+    half: float,
+    robot_y: float,
+) -> Scenario:
+    """People who keep to their places (S, 2), in groups (S,), and walks between them.
+
+    The robot goes from (0, robot_y) to the north of a square of some half width.
+    """
+    places = np.repeat(stand[:, None], walks.ways.shape[1] - 1, axis=1)  # (S, G, 2)
+    groups_so_far = together.max(initial=ALONE) + 1
+    walking = np.where(walks.group == ALONE, ALONE, walks.group + groups_so_far)
+    stays: list[OnArrival] = ["stop"] * len(stand)
+    leaves: list[OnArrival] = ["respawn"] * len(walks.start)
+    return Scenario(
+        name=name,
+        map=open_ground(half, half),
+        pedestrians=Pedestrians.draw(
+            rng,
+            position=np.concatenate([stand, walks.start]),
+            waypoints=np.concatenate([places, walks.ways[:, 1:]]),
+            group=np.concatenate([together, walking]),
+            model=model,
+        ),
+        on_arrival=(*stays, *leaves),
+        entrances=np.concatenate([stand, walks.entrances]),
+        robot_start=(0.0, robot_y, 0.5 * math.pi),
+        robot_goal=(0.0, half - RUN_UP),
+        time_limit=max(40.0, 6.0 * half),
     )
 
 

@@ -30,7 +30,7 @@ REACH: Final = 8.0
 def random_crossing(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 18,
+    pedestrians: int = 24,
     size: float = 14.0,
     groups: float = 0.0,
     model: ModelChoice = "social_force",
@@ -70,7 +70,7 @@ def random_crossing(
 def perpendicular_traffic(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 18,
+    pedestrians: int = 26,
     width: float = 6.0,
     from_left: float = 0.5,
     groups: float = 0.0,
@@ -110,7 +110,7 @@ def perpendicular_traffic(
 def group_crossing(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 14,
+    pedestrians: int = 16,
     width: float = 8.0,
     groups: float = 1.0,
     model: ModelChoice = "social_force",

@@ -55,8 +55,7 @@ def place_parties(
 
     Args:
         group: (N,) who walks with whom, members in consecutive rows (`draw_groups`).
-        draw: Proposes starts (size, 2) [m] for the party of a size whose first row is given; its
-            members' distances from each other are not looked at.
+        draw: Proposes starts (size, 2) [m] for the party of a size whose first row is given.
         keep_away: Points (x, y) [m] that starts keep `ROBOT_CLEARANCE` from.
         ground: Map whose walls starts keep `WALL_CLEARANCE` from; None where there are none near.
 
@@ -74,10 +73,8 @@ def place_parties(
             if (
                 _free(points, starts[:first], SPACING)
                 and _free(points, away, ROBOT_CLEARANCE)
-                and (
-                    ground is None
-                    or (distance_field(ground).distance(points) >= WALL_CLEARANCE).all()
-                )
+                and all(_free(points[k:], points[:k], SPACING) for k in range(1, size))
+                and (ground is None or _off_walls(points, ground))
             ):
                 starts[first : first + size] = points
                 break
@@ -101,6 +98,10 @@ def parties(group: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
 def _free(points: FloatArray, others: FloatArray, distance: float) -> bool:
     apart = points[:, None] - others
     return bool(((apart**2).sum(axis=-1) >= distance**2).all())
+
+
+def _off_walls(points: FloatArray, ground: Map) -> bool:
+    return bool((distance_field(ground).distance(points) >= WALL_CLEARANCE).all())
 
 
 def require_count(name: str, value: int, low: int, high: int) -> None:

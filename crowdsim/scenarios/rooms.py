@@ -42,7 +42,7 @@ BEHIND: Final = 4.0
 def entering_room(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 10,
+    pedestrians: int = 8,
     door_width: float = 1.3,
     room_length: float = 7.0,
     room_width: float = 7.0,
@@ -74,7 +74,7 @@ def entering_room(
 def exiting_room(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 10,
+    pedestrians: int = 8,
     door_width: float = 1.3,
     room_length: float = 7.0,
     room_width: float = 7.0,
@@ -149,8 +149,8 @@ def _room(
 def bottleneck(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 20,
-    width: float = 1.2,
+    pedestrians: int = 12,
+    width: float = 1.4,
     passage: float = 2.0,
     model: ModelChoice = "social_force",
 ) -> Scenario:

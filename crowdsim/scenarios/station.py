@@ -14,7 +14,7 @@ from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.routes import GOAL_SPACING
 from crowdsim.scenario import Scenario
-from crowdsim.scenarios.placement import parties, place_parties, require_count, require_range
+from crowdsim.scenarios.placement import place_parties, require_count, require_range
 from crowdsim.scenarios.walks import ABREAST
 from crowdsim.wayfinding import GeodesicField, geodesic_field
 
@@ -65,11 +65,10 @@ def station_hall(
     group = draw_groups(rng, pedestrians, groups)
     robot_start, robot_goal, length = _draw_errand(rng, hall)
     ways = np.empty((pedestrians, 3, 2))
-    for first, size in parties(group):
-        ways[first : first + size] = _draw_way(rng, hall)
 
     def draw(first: int, size: int) -> FloatArray:
         """Places on the shortest walk to the first waypoint, one behind the other."""
+        ways[first : first + size] = _draw_way(rng, hall)
         entrance, waypoint = ways[first, :2]
         walk = hall.walk_to(waypoint)
         there = rng.uniform(0.0, 0.9) * walk.length(entrance) + ABREAST * np.arange(size)[::-1]
@@ -133,11 +132,15 @@ def _some(rows: FloatArray, count: int) -> FloatArray:
 
 
 def _draw_way(rng: np.random.Generator, hall: Hall) -> FloatArray:
-    """Entrance, and two waypoints of which the first may be a stop (3, 2) [m]."""
-    origin, goal = rng.choice(len(hall.gates), 2, replace=False)
+    """Entrance, and two waypoints of which the first may be a stop (3, 2) [m].
+
+    The goal is one of the half of the gates that are farther off: nobody changes train doors.
+    """
+    origin = rng.integers(len(hall.gates))
     first, last = hall.gates[origin]
     entrance = first + rng.uniform(0.2, 0.8) * (last - first)
-    end = hall.doors[goal]
+    by_distance = np.argsort(np.linalg.norm(hall.doors - hall.doors[origin], axis=1))
+    end = hall.doors[rng.choice(by_distance[len(by_distance) // 2 :])]
     calls = rng.random() < CALLING and len(hall.stops) > 0
     return np.array([entrance, rng.choice(hall.stops) if calls else end, end])
 

@@ -154,6 +154,28 @@ def test_groups_cross_together():
     assert (near[np.isfinite(near)] < 3.0).mean() > 0.85
 
 
+@pytest.mark.parametrize("name", ["crowd_navigation", "robot_crowding"])
+def test_who_stands_stays_about_there_and_the_others_come_and_go(name):
+    scenario = make(name)
+    stands = np.array(scenario.on_arrival) == "stop"
+    positions, ids = walked(scenario, 40.0)
+    off = np.linalg.norm(positions[:, stands] - scenario.pedestrians.position[stands], axis=-1)
+    assert stands.sum() == round((0.3 if name == "crowd_navigation" else 0.6) * len(stands))
+    assert np.median(off) < 0.5
+    assert off.max() < 2.0
+    assert (ids[-1, stands] == ids[0, stands]).all()
+    assert (ids[-1, ~stands] != ids[0, ~stands]).all()
+
+
+def test_onlookers_surround_the_robot():
+    scenario = make("robot_crowding")
+    stands = np.array(scenario.on_arrival) == "stop"
+    offset = scenario.pedestrians.position[stands] - scenario.robot_start[:2]
+    assert np.linalg.norm(offset, axis=1).max() < 3.3
+    bearing = np.sort(np.arctan2(offset[:, 1], offset[:, 0]))
+    assert np.diff(bearing, append=bearing[0] + 2.0 * np.pi).max() < np.pi
+
+
 def test_perpendicular_traffic_crosses_from_the_side_asked_for():
     for share in (0.0, 1.0):
         people = make("perpendicular_traffic", from_left=share, pedestrians=12).pedestrians
