@@ -58,7 +58,7 @@ class Tally:
         frame_step: Distance of two rows in frame numbers.
         rows: Listed frames.
         positions: Positions of all people together.
-        ids: Everybody's.
+        ids: Everybody's; all else is of constant size.
         bounds: x_min, y_min, x_max, y_max of the positions [m].
     """
 

@@ -1,7 +1,9 @@
 """Text files of rows and columns, read in blocks; what is wrong is named by file and line."""
 
 import gzip
+import zlib
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO, Final, TextIO, cast
@@ -19,15 +21,23 @@ LONGEST_QUOTE: Final = 80
 """Characters of a wrong line that its message repeats."""
 
 
-def open_text(path: Path) -> TextIO:
-    """Open a plain or gzipped (`.gz`) text file for reading.
+@contextmanager
+def open_text(path: Path) -> Iterator[TextIO]:
+    """Open a plain or gzipped (`.gz`) text file for reading; bytes that are no text become `�`.
 
     Raises:
         FileNotFoundError: There is no such file.
+        ValueError: It is a damaged gzip file.
     """
-    if path.suffix == ".gz":
-        return gzip.open(path, "rt", encoding="utf-8")
-    return path.open(encoding="utf-8")
+    try:
+        if path.suffix == ".gz":
+            with gzip.open(path, "rt", encoding="utf-8", errors="replace") as packed:
+                yield packed
+        else:
+            with path.open(encoding="utf-8", errors="replace") as plain:
+                yield plain
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise ValueError(f"{path}: damaged gzip file: {error}") from error
 
 
 def plain_stem(path: Path) -> str:
@@ -121,7 +131,8 @@ def _parse_lines(lines: list[str], dtype: np.dtype[np.void], delimiter: str | No
         column = raw[name]
         if column.dtype.kind == "f" and not np.isfinite(column).all():
             raise ValueError(f"{name} is not finite")
-        table[name] = column
+        with np.errstate(invalid="ignore"):
+            table[name] = column
         if np.any(table[name] != column):
             raise ValueError(f"{name} is not a whole number")
     return table

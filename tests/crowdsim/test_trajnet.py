@@ -96,7 +96,9 @@ TRACK = '{"track": {"f": 0, "p": 1, "x": 0.0, "y": 0.0}}\n'
         ('{"track": {"f": 10, "p": 1, "x": NaN, "y": 0}}', "line 2: expected a number 'x'"),
         ('{"track": {"f": 1.5, "p": 1, "x": 0, "y": 0}}', "line 2: expected a whole number 'f'"),
         ('{"track": {"f": 1, "p": 1, "x": 0, "y": 0, "prediction_number": 0}}', "a prediction"),
+        ('{"track": {"f": 1e99, "p": 1, "x": 0, "y": 0}}', "line 2: expected a whole number 'f'"),
         ('{"scene": {"id": 0, "p": 1, "s": 0, "e": 9, "tag": "x"}}', "line 2: expected a tag"),
+        ('{"scene": {"id": 0, "p": 1, "s": 0, "e": 9, "fps": 0}}', "line 2: expected a positive"),
     ],
 )
 def test_lines_that_are_something_else_are_named(tmp_path, line, message):
