@@ -15,6 +15,10 @@ import pymunk
 import pymunk.batch
 from numpy.typing import NDArray
 
+from crowdsim.coasting import coast
+from crowdsim.distance_field import distance_field
+from crowdsim.map import Map
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
@@ -39,6 +43,9 @@ CELL = 1.5
 CELLS_PER_BODY = 4
 """Size of its table."""
 
+SPARSE = 300
+"""In larger crowds somebody always touches somebody: nobody looks whether nobody does."""
+
 _FIELDS = pymunk.batch.BodyFields.POSITION | pymunk.batch.BodyFields.VELOCITY
 
 
@@ -55,7 +62,7 @@ class Bodies:
         radius: FloatArray,
         mass: FloatArray,
         kinematic: BoolArray,
-        walls: FloatArray,
+        world_map: Map,
         dt: float,
     ) -> None:
         """Build the space.
@@ -64,12 +71,13 @@ class Bodies:
             radius: `(M,)` [m].
             mass: `(M,)` [kg].
             kinematic: `(M,)` bodies that go where they are told and cannot be pushed.
-            walls: `(S, 2, 2)` segments [m].
+            world_map: whose walls stop them.
             dt: seconds per step.
         """
         self._radius, self._mass, self._kinematic = radius, mass, kinematic
-        self._walls, self._dt = walls, dt
-        self._solved_dt = tuple(part * dt for part in SOLVED_PARTS)
+        self._map, self._wall_field, self._dt = world_map, distance_field(world_map), dt
+        self._parts: FloatArray = dt * np.array([*SOLVED_PARTS, FREE_PART])
+        *self._solved_dt, self._free_dt = self._parts.tolist()
         self._space = pymunk.Space()
         self._space.use_spatial_hash(CELL, CELLS_PER_BODY * len(radius) + 1)
         self._space.collision_slop = OVERLAP_TOLERANCE
@@ -78,7 +86,9 @@ class Bodies:
         for body_radius, body_mass, told in zip(radius, mass, kinematic, strict=True):
             self._add(float(body_radius), float(body_mass), bool(told))
         ground = self._space.static_body
-        self._space.add(*(pymunk.Segment(ground, a, b, WALL_RADIUS) for a, b in walls.tolist()))
+        self._space.add(
+            *(pymunk.Segment(ground, a, b, WALL_RADIUS) for a, b in world_map.segments.tolist())
+        )
         # The last row is pymunk's static body, to which the walls belong: it stays at zero.
         self._written: FloatArray = np.zeros((len(radius) + 1, 4))
         self._write_buffer, self._read_buffer = pymunk.batch.Buffer(), pymunk.batch.Buffer()
@@ -87,18 +97,42 @@ class Bodies:
         # The pool never grows, so pymunk's memory behind this view never moves.
         self._read: FloatArray = np.frombuffer(self._read_buffer.float_buf()).reshape(-1, 4)
 
-    def step(self, bodies: FloatArray) -> FloatArray:
-        """Move bodies `(M, 4)` (x, y, vx, vy) on by one step, and let contacts push back.
+    def step(self, bodies: FloatArray, present: BoolArray) -> FloatArray:
+        """Move bodies on by one step, and let contacts push back.
+
+        Args:
+            bodies: `(M, 4)` x, y, vx, vy.
+            present: `(M,)` who is there; the others stand far from everybody.
 
         Returns:
             `(M, 4)` where they are then and how fast; a view that the next step overwrites.
         """
+        coasted = self.coast(bodies, present) if len(bodies) <= SPARSE else None
+        return self.solve(bodies) if coasted is None else coasted
+
+    def coast(self, bodies: FloatArray, present: BoolArray) -> FloatArray | None:
+        """Do what `step` says if nobody touches anything on the way, else give None."""
+        self._written[:-1] = bodies
+        arrived = coast(
+            self._written[:-1],
+            present,
+            self._radius,
+            self._parts,
+            WALL_RADIUS,
+            self._wall_field.grid,
+            self._wall_field.origin,
+            self._wall_field.cell,
+        )
+        return self._written[:-1] if arrived else None
+
+    def solve(self, bodies: FloatArray) -> FloatArray:
+        """Do what `step` says by the contact solver."""
         self._written[:-1] = bodies
         pymunk.batch.set_space_bodies(self._space, _FIELDS, self._write_buffer)
         for part in self._solved_dt:
             self._space.step(part)
         self._space.collision_persistence = 0  # drops all contacts, those of this part included
-        self._space.step(FREE_PART * self._dt)
+        self._space.step(self._free_dt)
         self._space.collision_persistence = self._persistence
         self._read_buffer.clear()
         pymunk.batch.get_space_bodies(self._space, _FIELDS, self._read_buffer)
@@ -110,7 +144,7 @@ class Bodies:
             radius=self._radius,
             mass=self._mass,
             kinematic=self._kinematic,
-            walls=self._walls,
+            world_map=self._map,
             dt=self._dt,
         )
 

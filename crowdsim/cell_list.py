@@ -26,10 +26,10 @@ def near_pairs(bodies: FloatArray, present: BoolArray, reach: float) -> IntArray
         reach: [m].
     """
     members, starts, columns = build_cell_list(bodies, present, reach)
-    pairs = np.empty((PAIRS_PER_BODY * len(members), 2), dtype=np.int64)
+    pairs = np.empty((PAIRS_PER_BODY * len(members) + 1, 2), dtype=np.int64)
     count = _list_pairs(bodies, members, starts, columns, reach, pairs)
-    if count > len(pairs):
-        pairs = np.empty((count, 2), dtype=np.int64)
+    if count >= len(pairs):
+        pairs = np.empty((count + 1, 2), dtype=np.int64)
         _list_pairs(bodies, members, starts, columns, reach, pairs)
     return pairs[:count]
 
@@ -105,9 +105,10 @@ def _list_pairs(
     """Write down what `near_pairs` says, as far as there is room; gives how many pairs there are.
 
     A body is paired with those after it in its own cell, and with those of the cells to the right
-    and above, which follow each other in `members`.
+    and above, which follow each other in `members`. Every candidate is written down, in a row that
+    the next one takes unless it was a pair: the processor cannot guess which ones are.
     """
-    count, end = 0, len(starts) - 1
+    count, last_row, end = 0, len(pairs) - 1, len(starts) - 1
     x, y = bodies[members, 0], bodies[members, 1]
     for cell in range(end):
         left, right = min(cell % columns, 1), min(columns - 1 - cell % columns, 1)
@@ -118,8 +119,8 @@ def _list_pairs(
             for first, last in ((a + 1, beside), row_above):
                 for b in range(first, last):
                     dx, dy = x[a] - x[b], y[a] - y[b]
-                    if 0 < dx * dx + dy * dy < reach * reach:
-                        if count < len(pairs):
-                            pairs[count, 0], pairs[count, 1] = members[a], members[b]
-                        count += 1
+                    squared = dx * dx + dy * dy
+                    row = min(count, last_row)
+                    pairs[row, 0], pairs[row, 1] = members[a], members[b]
+                    count += (squared > 0) & (squared < reach * reach)
     return count

@@ -110,7 +110,8 @@ def interpolate(grid: FloatArray, u: float, v: float, layer: int) -> float:
     a, b = u - column, v - row
     low = grid[row, column, layer] * (1 - a) + grid[row, column + 1, layer] * a
     high = grid[row + 1, column, layer] * (1 - a) + grid[row + 1, column + 1, layer] * a
-    return low * (1 - b) + high * b
+    value: float = low * (1 - b) + high * b
+    return value
 
 
 @njit(cache=True)

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from crowdsim.cell_list import near_pairs
 from crowdsim.interactions import INTERACTIONS, Interaction, interact, repulsion
-from crowdsim.line_of_sight import hides, nearest_walls
+from crowdsim.line_of_sight import Screens, is_hidden, nearest_walls
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -151,6 +151,7 @@ def accelerations(
     wall_grid: FloatArray,
     wall_origin: FloatArray,
     wall_cell: float,
+    screens: Screens,
     model: RecordArray,
 ) -> FloatArray:
     """Accelerations `(M, 2)` [m/s^2] of all bodies, computed from one snapshot.
@@ -168,12 +169,12 @@ def accelerations(
         wall_grid: `(H, W, 3)` grid of a `DistanceField`.
         wall_origin: `(2,)` its origin [m].
         wall_cell: its spacing [m].
+        screens: the walls, listed for looks over the interaction range.
         model: parameters, as `SocialForce.record` gives them.
     """
-    walls = wall_grid, wall_origin, wall_cell
-    nearest = nearest_walls(bodies, *walls)
+    nearest = nearest_walls(bodies, wall_grid, wall_origin, wall_cell)
     total = people_repulsion(
-        bodies, present, radius, direction, notices_robot, nearest, *walls, model
+        bodies, present, radius, direction, notices_robot, nearest, screens, model
     )
     whim = model[0].whim / math.sqrt(dt)
     for i in range(len(desired_speed)):
@@ -195,9 +196,7 @@ def people_repulsion(
     direction: FloatArray,
     notices_robot: BoolArray,
     nearest: FloatArray,
-    wall_grid: FloatArray,
-    wall_origin: FloatArray,
-    wall_cell: float,
+    screens: Screens,
     model: RecordArray,
 ) -> FloatArray:
     """Repulsion `(M, 2)` [m/s^2] of each present body by the others within range and sight.
@@ -208,7 +207,7 @@ def people_repulsion(
     pairs = near_pairs(bodies, present, model[0].interaction_range)
     pushes = pair_repulsions(pairs, bodies, radius, model)
     _forget_unaware(pairs, notices_robot, pushes)
-    _forget_hidden(pairs, bodies, nearest, wall_grid, wall_origin, wall_cell, pushes)
+    _forget_hidden(pairs, bodies, nearest, screens, pushes)
     return _add_up(pairs, bodies, direction, model[0].anisotropy, pushes)
 
 
@@ -221,6 +220,7 @@ def robot_repulsion(
     wall_grid: FloatArray,
     wall_origin: FloatArray,
     wall_cell: float,
+    screens: Screens,
     model: RecordArray,
 ) -> FloatArray:
     """Repulsion between the last body, the robot, and each present other in its sight [m/s^2].
@@ -234,7 +234,7 @@ def robot_repulsion(
     pairs = near_pairs(bodies, present, model[0].interaction_range)
     pairs = pairs[(pairs[:, 0] == len(bodies) - 1) | (pairs[:, 1] == len(bodies) - 1)]
     pushes = pair_repulsions(pairs, bodies, radius, model)
-    _forget_hidden(pairs, bodies, nearest, wall_grid, wall_origin, wall_cell, pushes)
+    _forget_hidden(pairs, bodies, nearest, screens, pushes)
     return _add_up(pairs, bodies, direction, model[0].anisotropy, pushes)
 
 
@@ -276,21 +276,24 @@ def _forget_hidden(
     pairs: IntArray,
     bodies: FloatArray,
     nearest: FloatArray,
-    wall_grid: FloatArray,
-    wall_origin: FloatArray,
-    wall_cell: float,
+    screens: Screens,
     pushes: FloatArray,
 ) -> None:
-    """Set those to 0 that are not negligible but act through a wall."""
+    """Set those to 0 that are not negligible but act through a wall.
+
+    Between two whose circles of free ground meet there is no wall. All others are looked into in a
+    second loop: the processor cannot guess who they are.
+    """
+    doubtful, count = np.empty(len(pairs) + 1, dtype=np.int64), 0
     for k in range(len(pairs)):
-        if pushes[k, 0] <= NEGLIGIBLE:
-            continue
         a, b = pairs[k, 0], pairs[k, 1]
         dx, dy = bodies[b, 0] - bodies[a, 0], bodies[b, 1] - bodies[a, 1]
-        near_a = nearest[a, 0], nearest[a, 1], nearest[a, 2]
-        near_b = nearest[b, 0], nearest[b, 1], nearest[b, 2]
-        x, y = bodies[a, 0], bodies[a, 1]
-        if hides(x, y, dx, dy, near_a, near_b, wall_grid, wall_origin, wall_cell):
+        room = nearest[a, 0] + nearest[b, 0]
+        doubtful[count] = k
+        count += (pushes[k, 0] > NEGLIGIBLE) & (dx * dx + dy * dy > room * room)
+    for k in doubtful[:count]:
+        a, b = pairs[k, 0], pairs[k, 1]
+        if is_hidden(screens, bodies[a, 0], bodies[a, 1], bodies[b, 0], bodies[b, 1]):
             pushes[k, 0] = 0.0
 
 

@@ -1,51 +1,86 @@
-"""Who is hidden behind a wall, told from the grid of wall distances in a few steps."""
+"""Who is hidden behind a wall, told from the few walls that can lie between two people.
+
+The ground is cut into squares. Two who are at most `reach` apart have all walls between them within
+half of that of the middle between them, and each square lists the walls that near to its points.
+"""
+
+from __future__ import annotations
 
 import math
+from functools import lru_cache
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from crowdsim.distance_field import MARGIN, distance_at, interpolate, is_on_grid
+from crowdsim.distance_field import MARGIN, distance_to_segment, interpolate, is_on_grid
+from crowdsim.map import Map
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Screens = tuple[FloatArray, IntArray, FloatArray]
+"""What the kernels take: the walls of one square after the other `(K, 4)`, px, py, qx, qy [m];
+where in them those of each square begin, and those of the one before end `(R, C + 1)`; and the low
+corner of the first square `(2,)` [m]."""
 
-WALL_REACH = 0.6
-"""Nearer to a wall than so many grid spacings counts as in it: interpolation rounds off the edge.
+SQUARE: Final = 1.0
+"""Edge of the squares [m]."""
 
-At a spacing of 0.1 m that is the thickness that walls have for bodies.
-"""
+
+@lru_cache(maxsize=64)
+def screens(world_map: Map, reach: float) -> Screens:
+    """Give the walls of a map, listed for looks over at most `reach` [m]; cached per map object."""
+    return list_walls(world_map.segments, reach)
+
+
+def list_walls(segments: FloatArray, reach: float) -> Screens:
+    """List the walls `(S, 2, 2)` [m] that may hide who is at most `reach` [m] away."""
+    if len(segments) == 0:
+        return np.empty((0, 4)), np.zeros((0, 1), dtype=np.int64), np.zeros(2)
+    low = segments.min(axis=(0, 1)) - reach / 2
+    columns, rows = ((segments.max(axis=(0, 1)) + reach / 2 - low) // SQUARE).astype(int) + 1
+    near = _near_squares(segments, low, rows, columns, reach / 2 + SQUARE / math.sqrt(2))
+    flat = np.concatenate([[0], np.cumsum(near.sum(axis=2))])  # (R * C + 1,)
+    starts = flat[np.arange(rows)[:, None] * columns + np.arange(columns + 1)]
+    walls = segments.reshape(-1, 4)[np.nonzero(near)[2]]
+    return np.ascontiguousarray(walls), starts, low
 
 
 @njit(cache=True, error_model="numpy")
-def is_hidden(
-    wall_grid: FloatArray,
-    wall_origin: FloatArray,
-    wall_cell: float,
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-) -> bool:
+def is_hidden(screens: Screens, ax: float, ay: float, bx: float, by: float) -> bool:
     """Whether a wall lies on the straight line from a to b.
 
     What cannot be walked through hides, water as well: nobody needs to avoid somebody on the
     other side.
 
     Args:
-        wall_grid: `(H, W, 3)` grid of a `DistanceField`.
-        wall_origin: `(2,)` its origin [m].
-        wall_cell: its spacing [m].
+        screens: the walls, listed for looks at least as long as this one.
         ax: where one is [m].
         ay: likewise.
         bx: where the other is [m].
         by: likewise.
     """
-    ends = np.array([[ax, ay], [bx, by]])
-    nearest = nearest_walls(ends, wall_grid, wall_origin, wall_cell)
-    near_a = nearest[0, 0], nearest[0, 1], nearest[0, 2]
-    near_b = nearest[1, 0], nearest[1, 1], nearest[1, 2]
-    return hides(ax, ay, bx - ax, by - ay, near_a, near_b, wall_grid, wall_origin, wall_cell)
+    walls, starts, low = screens
+    u, v = ((ax + bx) / 2 - low[0]) / SQUARE, ((ay + by) / 2 - low[1]) / SQUARE
+    rows, columns = starts.shape
+    if not is_on_grid(rows + 1, columns, u, v):
+        return False
+    row, column = int(v), int(u)
+    for k in range(starts[row, column], starts[row, column + 1]):
+        if meet(ax, ay, bx, by, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]):
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def meet(
+    ax: float, ay: float, bx: float, by: float, px: float, py: float, qx: float, qy: float
+) -> bool:
+    """Whether the lines from a to b and from p to q touch each other."""
+    sides_of_wall = _side(px, py, qx, qy, ax, ay) * _side(px, py, qx, qy, bx, by)
+    sides_of_way = _side(ax, ay, bx, by, px, py) * _side(ax, ay, bx, by, qx, qy)
+    return (sides_of_wall <= 0) & (sides_of_way <= 0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -70,49 +105,20 @@ def nearest_walls(
 
 
 @njit(cache=True, error_model="numpy")
-def hides(
-    x: float,
-    y: float,
-    dx: float,
-    dy: float,
-    near_a: tuple[float, float, float],
-    near_b: tuple[float, float, float],
-    wall_grid: FloatArray,
-    wall_origin: FloatArray,
-    wall_cell: float,
-) -> bool:
-    """Whether a wall lies on the line from a at (x, y) to b at (x + dx, y + dy).
-
-    No wall lies within the circles around either that touch the walls nearest to them. Else a look
-    at where the line meets the straight continuation of those walls finds most that hide. Else
-    it strides along the line as far as no wall can be (sphere tracing, Hart 1996).
-
-    Args as those of `is_hidden`; `near_a` and `near_b` are rows of `nearest_walls`. (They are no
-    arrays because this is asked for many pairs: handing an array on costs numba more than the
-    answer.)
-    """
-    distance = math.sqrt(dx * dx + dy * dy)
-    end = distance - near_b[0]
-    done = near_a[0]
-    if done >= end:
-        return False
-    thickness = WALL_REACH * wall_cell
-    for share in (_share_to_wall(near_a, dx, dy), 1 - _share_to_wall(near_b, -dx, -dy)):
-        if 0 < share < 1:
-            room = distance_at(wall_grid, wall_origin, wall_cell, x + share * dx, y + share * dy)
-            if room < thickness:
-                return True
-    while done < end:
-        share = done / distance
-        room = distance_at(wall_grid, wall_origin, wall_cell, x + share * dx, y + share * dy)
-        if room < thickness:
-            return True
-        done += max(room - thickness, thickness / 2)
-    return False
+def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
+    """Sign tells on which side of the line a to b a point lies."""
+    return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
 
 
 @njit(cache=True, error_model="numpy")
-def _share_to_wall(near: tuple[float, float, float], dx: float, dy: float) -> float:
-    """Share of the way (dx, dy) after which it meets the line that the nearest wall lies on."""
-    approach = -(dx * near[1] + dy * near[2])
-    return near[0] / approach if approach > near[0] else 0.0
+def _near_squares(
+    segments: FloatArray, low: FloatArray, rows: int, columns: int, reach: float
+) -> NDArray[np.bool_]:
+    """Which segments come within `reach` [m] of the middles of the squares `(R, C, S)`."""
+    near = np.empty((rows, columns, len(segments)), dtype=np.bool_)
+    for row in range(rows):
+        for column in range(columns):
+            x, y = low[0] + (column + 0.5) * SQUARE, low[1] + (row + 0.5) * SQUARE
+            for k in range(len(segments)):
+                near[row, column, k] = distance_to_segment(x, y, segments[k])[0] <= reach
+    return near

@@ -9,10 +9,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from crowdsim.distance_field import DistanceField
+from crowdsim.distance_field import distance_field
 from crowdsim.forces import SocialForce, accelerations, goal_drive, robot_repulsion
 from crowdsim.groups import add_group_forces
 from crowdsim.headed import HeadedSocialForce, walk_ahead
+from crowdsim.line_of_sight import screens
+from crowdsim.map import Map
 from crowdsim.motion import MotionModel
 from crowdsim.orca import Orca, avoid
 from crowdsim.pedestrians import ALONE, Pedestrians
@@ -33,6 +35,7 @@ class MixedCrowd:
     Attributes:
         max_speed: `(N,)` [m/s].
         notices_robot: `(N,)` who is aware of the robot.
+        screens: the walls that may stand between people.
         turning: `(N, 2)` heading [rad] and its rate [rad/s] of headed people, the only state that
             a step leaves to the next; NaN for everybody else and for who is not there.
     """
@@ -44,8 +47,7 @@ class MixedCrowd:
         pedestrians: Pedestrians,
         *,
         notices_robot: BoolArray,
-        walls: FloatArray,
-        wall_field: DistanceField,
+        world_map: Map,
         social_force: SocialForce,
         headed_social_force: HeadedSocialForce,
         orca: Orca,
@@ -56,8 +58,7 @@ class MixedCrowd:
         Args:
             pedestrians: who moves, and by which model.
             notices_robot: `(N,)` who is aware of the robot.
-            walls: `(S, 2, 2)` segments [m].
-            wall_field: their distances.
+            world_map: whose walls are felt, and hide people.
             social_force: parameters of the forces between people.
             headed_social_force: what headed people add to them.
             orca: parameters of those who move by ORCA.
@@ -72,8 +73,11 @@ class MixedCrowd:
         self._any_orca = bool(self._orca.any())
         self._has_groups = bool((pedestrians.group != ALONE).any())
         self._people = pedestrians
-        self._walls = walls
-        self._wall_field = wall_field
+        self._walls = world_map.segments
+        self._wall_field = distance_field(world_map)
+        ranges = [social_force.interaction_range]
+        ranges += [orca.interaction_range] if self._any_orca else []
+        self.screens = screens(world_map, max(ranges))
         self._social_force_parameters = social_force.record()
         self._headed_parameters = headed_social_force.record()
         self._orca_parameters = orca.record()
@@ -115,6 +119,7 @@ class MixedCrowd:
             self._wall_field.grid,
             self._wall_field.origin,
             self._wall_field.cell,
+            self.screens,
             self._social_force_parameters,
         )
         if self._has_groups:
@@ -161,6 +166,7 @@ class MixedCrowd:
             self._wall_field.grid,
             self._wall_field.origin,
             self._wall_field.cell,
+            self.screens,
             self._social_force_parameters,
         )
 
@@ -189,6 +195,7 @@ class MixedCrowd:
             self._wall_field.grid,
             self._wall_field.origin,
             self._wall_field.cell,
+            self.screens,
             self._orca_parameters,
             acceleration,
         )

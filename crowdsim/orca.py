@@ -14,8 +14,8 @@ speed towards a wall at distance D (the paper takes the whole cone of every wall
 wall's end this is a little stricter, so that people slow down in doors).
 
 Our own, because the one package with wheels on the index, pyrvo, brings a second simulator along,
-moves its agents by its own clock, knows neither contacts nor other models beside its own, and takes
-8 to 18 us per agent and step through its interface (`crowdnav benchmark`).
+moves its agents by its own clock, knows neither contacts nor other models beside its own, and is
+steered and read agent by agent (`crowdnav benchmark` times it).
 """
 
 import math
@@ -29,7 +29,7 @@ from crowdsim.bodies import WALL_RADIUS
 from crowdsim.cell_list import build_cell_list
 from crowdsim.distance_field import distance_to_segment
 from crowdsim.half_planes import breach, nearest_permitted
-from crowdsim.line_of_sight import hides, nearest_walls
+from crowdsim.line_of_sight import Screens, is_hidden, nearest_walls
 from crowdsim.velocity_obstacle import way_out
 
 FloatArray = NDArray[np.float64]
@@ -92,6 +92,7 @@ def avoid(
     wall_grid: FloatArray,
     wall_origin: FloatArray,
     wall_cell: float,
+    screens: Screens,
     model: RecordArray,
     acceleration: FloatArray,
 ) -> None:
@@ -113,14 +114,14 @@ def avoid(
         wall_grid: `(H, W, 3)` grid of their `DistanceField`.
         wall_origin: `(2,)` its origin [m].
         wall_cell: its spacing [m].
+        screens: the walls, listed for looks over the interaction range.
         model: parameters, as `Orca.record` gives them.
         acceleration: `(M, 2)` [m/s^2], changed in place.
     """
     members, starts, columns = build_cell_list(bodies, present, model[0].interaction_range)
     planes = np.empty((len(walls) + model[0].neighbors, 4))
     neighbors = np.empty(model[0].neighbors, dtype=np.int64)
-    field = wall_grid, wall_origin, wall_cell
-    nearest = nearest_walls(bodies, *field)
+    nearest = nearest_walls(bodies, wall_grid, wall_origin, wall_cell)
     for cell in range(len(starts) - 1):
         for i in members[starts[cell] : starts[cell + 1]]:
             if i >= len(takes_part) or not takes_part[i]:
@@ -142,7 +143,7 @@ def avoid(
             wanted = desired_speed[i] * direction[i, 0], desired_speed[i] * direction[i, 1]
             people = neighbors[:found]
             vx, vy = _heed_seen(
-                i, *wanted, max_speed[i], planes, firm, people, bodies, nearest, field
+                i, *wanted, max_speed[i], planes, firm, people, bodies, nearest, screens
             )
             # Two who block each other in a door would wait for ever: none may go first.
             change_x = (vx + model[0].wavering * noise[i, 0] - bodies[i, 2]) / dt
@@ -203,7 +204,7 @@ def _heed_seen(
     neighbors: IntArray,
     bodies: FloatArray,
     nearest: FloatArray,
-    field: tuple[FloatArray, FloatArray, float],
+    screens: Screens,
 ) -> tuple[float, float]:
     """Velocity nearest to the wanted one that those half-planes permit whose people are seen.
 
@@ -217,7 +218,7 @@ def _heed_seen(
         while k < end:
             if breach(planes[k], x, y) <= 0:
                 k += 1
-            elif _is_hidden(body, neighbors[k - firm], bodies, nearest, field):
+            elif _is_hidden(body, neighbors[k - firm], bodies, nearest, screens):
                 end -= 1
                 planes[k], neighbors[k - firm] = planes[end], neighbors[end - firm]
             else:
@@ -233,12 +234,13 @@ def _is_hidden(
     b: int,
     bodies: FloatArray,
     nearest: FloatArray,
-    field: tuple[FloatArray, FloatArray, float],
+    screens: Screens,
 ) -> bool:
     dx, dy = bodies[b, 0] - bodies[a, 0], bodies[b, 1] - bodies[a, 1]
-    near_a = nearest[a, 0], nearest[a, 1], nearest[a, 2]
-    near_b = nearest[b, 0], nearest[b, 1], nearest[b, 2]
-    return hides(bodies[a, 0], bodies[a, 1], dx, dy, near_a, near_b, *field)
+    room = nearest[a, 0] + nearest[b, 0]
+    if dx * dx + dy * dy <= room * room:
+        return False
+    return is_hidden(screens, bodies[a, 0], bodies[a, 1], bodies[b, 0], bodies[b, 1])
 
 
 @njit(cache=True)

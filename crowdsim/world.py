@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from crowdsim.behaviour import Distractions
 from crowdsim.bodies import WALL_RADIUS, Bodies
 from crowdsim.contacts import keep_outside_walls, robot_clearances
-from crowdsim.distance_field import distance_field
 from crowdsim.forces import SocialForce
 from crowdsim.headed import HeadedSocialForce
 from crowdsim.mixed_crowd import MixedCrowd, accelerate
@@ -109,13 +108,11 @@ class World:
         self._robot = robot
         self._models = (social_force, headed_social_force, orca)
         self._walls = scenario.map.segments
-        self._wall_field = distance_field(scenario.map)
         self._set_up_bodies()
         self._crowd = MixedCrowd(
             pedestrians,
             notices_robot=draw_awareness(awareness_rng, pedestrians, robot),
-            walls=self._walls,
-            wall_field=self._wall_field,
+            world_map=scenario.map,
             social_force=social_force,
             headed_social_force=headed_social_force,
             orca=orca,
@@ -155,7 +152,7 @@ class World:
             noise = self._rng.standard_normal((self._count, 2))
             acceleration = self._crowd.accelerations(*self._felt, noise)
             accelerate(self._bodies, acceleration, self._crowd.max_speed, self.physics_dt)
-        self._take(self._solid.step(self._bodies))
+        self._take(self._solid.step(self._bodies, self._present))
         self.step_count += 1
         if isinstance(guide, Routes):
             guide.advance(self.step_count, self._bodies, self._radius, self._present, self._ids)
@@ -284,7 +281,7 @@ class World:
             radius=radius,
             mass=mass,
             kinematic=np.arange(len(bodies)) < self._dynamic_from,
-            walls=self._walls,
+            world_map=self.scenario.map,
             dt=self.physics_dt,
         )
 
@@ -344,10 +341,7 @@ class World:
             self._bodies,
             moved,
             self._dynamic_from,
-            self._walls,
-            self._wall_field.grid,
-            self._wall_field.origin,
-            self._wall_field.cell,
+            self._crowd.screens,
         )
 
     def _measure_robot(self) -> None:

@@ -15,16 +15,18 @@ from crowdsim.forces import (
     robot_repulsion,
     sight,
 )
-from crowdsim.line_of_sight import nearest_walls
+from crowdsim.line_of_sight import list_walls, nearest_walls
 
 ISOTROPIC = SocialForce(anisotropy=1.0, anticipation=0.0)
 BOUNDS = (-8.0, -8.0, 8.0, 8.0)
 
 
 def walls_of(*segments):
-    """What the kernels take of the field of such walls: grid, origin, cell."""
-    field = DistanceField(np.array(segments, dtype=float).reshape(-1, 2, 2), BOUNDS)
-    return field.grid, field.origin, field.cell
+    """What the kernels take of such walls: grid, origin and cell of their field, and the list."""
+    segments = np.array(segments, dtype=float).reshape(-1, 2, 2)
+    field = DistanceField(segments, BOUNDS)
+    reach = SocialForce().interaction_range
+    return field.grid, field.origin, field.cell, list_walls(segments, reach)
 
 
 NO_WALLS = walls_of()
@@ -47,9 +49,10 @@ def everybody(bodies):
 
 def people(bodies, radius, direction, model, walls=NO_WALLS):
     all_notice = np.ones(len(bodies) - 1, dtype=bool)
-    nearest = nearest_walls(bodies, *walls)
+    *field, screens = walls
+    nearest = nearest_walls(bodies, *field)
     return people_repulsion(
-        bodies, everybody(bodies), radius, direction, all_notice, nearest, *walls, model.record()
+        bodies, everybody(bodies), radius, direction, all_notice, nearest, screens, model.record()
     )
 
 
@@ -155,8 +158,9 @@ def test_absent_people_neither_feel_nor_are_felt():
     present = everybody(bodies)
     present[3] = False
     model = SocialForce()
-    arguments = bodies, present, radius, direction, present, nearest_walls(bodies, *NO_WALLS)
-    force = people_repulsion(*arguments, *NO_WALLS, model.record())
+    nearest = nearest_walls(bodies, *NO_WALLS[:3])
+    arguments = bodies, present, radius, direction, present, nearest
+    force = people_repulsion(*arguments, NO_WALLS[3], model.record())
     rest = np.delete(np.arange(10), 3)
     np.testing.assert_allclose(
         force[rest], people(bodies[rest], radius[rest], direction[rest], model), atol=1e-12
@@ -209,8 +213,8 @@ class TestAwareness:
 
     def forces(self, *notices):
         crowd = self.bodies, everybody(self.bodies), self.radius, self.direction
-        nearest = nearest_walls(self.bodies, *NO_WALLS)
-        arguments = np.array(notices), nearest, *NO_WALLS, SocialForce().record()
+        nearest = nearest_walls(self.bodies, *NO_WALLS[:3])
+        arguments = np.array(notices), nearest, NO_WALLS[3], SocialForce().record()
         return people_repulsion(*crowd, *arguments)
 
     def test_who_does_not_notice_the_robot_feels_only_people(self):

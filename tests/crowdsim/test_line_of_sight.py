@@ -2,46 +2,31 @@ import numpy as np
 import pytest
 import shapely
 
-from crowdsim.distance_field import MARGIN, DistanceField
-from crowdsim.line_of_sight import is_hidden
+from crowdsim.line_of_sight import is_hidden, list_walls
 
-BOUNDS = (-6.0, -6.0, 6.0, 6.0)
-
-
-def field_of(walls):
-    field = DistanceField(np.array(walls, dtype=float).reshape(-1, 2, 2), BOUNDS)
-    return field.grid, field.origin, field.cell
+REACH = 4.0
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_hidden_is_who_stands_behind_a_wall(seed):
     rng = np.random.default_rng(seed)
     walls = rng.uniform(-6, 6, (6, 2, 2))
-    field = field_of(walls)
-    lines = shapely.multilinestrings(shapely.linestrings(walls))
-    hidden = 0
-    places = shapely.points(rng.uniform(-6, 6, (1500, 2)))
-    places = shapely.get_coordinates(places[shapely.distance(places, lines) > 0.2])
-    for ends in places[:1000].reshape(-1, 2, 2):  # where bodies fit
-        gap = shapely.distance(shapely.linestrings(ends), lines)
-        if gap == 0:
-            assert is_hidden(*field, *ends.ravel())
-            hidden += 1
-        elif gap > 0.1:
-            assert not is_hidden(*field, *ends.ravel())
-    assert 50 < hidden < 450
+    screens = list_walls(walls, REACH)
+    start = rng.uniform(-8, 8, (1000, 2))
+    angle, length = rng.uniform(0, 2 * np.pi, 1000), rng.uniform(0, REACH, 1000)
+    end = start + length[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    ways = shapely.linestrings(np.stack([start, end], axis=1))
+    crossing = shapely.intersects(ways, shapely.multilinestrings(shapely.linestrings(walls)))
+    hidden = [is_hidden(screens, *a, *b) for a, b in zip(start, end, strict=True)]
+    np.testing.assert_array_equal(hidden, crossing)
+    assert 50 < crossing.sum() < 500
 
 
-def test_a_way_along_a_wall_is_free_as_long_as_bodies_fit():
-    field = field_of([[[-5.0, 0.0], [5.0, 0.0]]])
-    assert not is_hidden(*field, -4.0, 0.25, 4.0, 0.25)
+def test_a_way_along_a_wall_is_free():
+    screens = list_walls(np.array([[[-5.0, 0.0], [5.0, 0.0]]]), REACH)
+    assert not is_hidden(screens, -2.0, 0.01, 2.0, 0.01)
+    assert is_hidden(screens, -2.0, 0.01, 2.0, -0.01)
 
 
 def test_nobody_is_hidden_without_walls():
-    assert not is_hidden(*field_of([]), -4.0, 0.0, 4.0, 0.0)
-
-
-def test_walls_hide_who_left_the_map_too():
-    field = field_of([[[6.0, -1.0], [6.0, 1.0]]])
-    assert is_hidden(*field, 5.0, 0.0, 6.0 + 2 * MARGIN, 0.0)
-    assert is_hidden(*field, 6.0 + 2 * MARGIN, 0.0, 5.0, 0.0)
+    assert not is_hidden(list_walls(np.empty((0, 2, 2)), REACH), -2.0, 0.0, 2.0, 0.0)

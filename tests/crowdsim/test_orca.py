@@ -7,6 +7,7 @@ from test_world import SQUARE, run, scenario, world
 
 from crowdsim.distance_field import DistanceField
 from crowdsim.half_planes import nearest_permitted
+from crowdsim.line_of_sight import list_walls
 from crowdsim.motion import MotionModel
 from crowdsim.orca import Orca, avoid, person_plane, wall_planes
 from crowdsim.velocity_obstacle import way_out
@@ -42,6 +43,7 @@ def choose(bodies, direction, *, walls=NO_WALLS, model=MODEL, gives_way=None, no
         field.grid,
         field.origin,
         field.cell,
+        list_walls(walls, model.interaction_range),
         replace(model, max_acceleration=1e9).record(),
         acceleration,
     )
