@@ -26,12 +26,12 @@ def train_predictor(
     """Train a predictor and keep the epoch that is best on validation.
 
     The folder, with `best` and `last` as safetensors and JSON, is a `--forecaster` of the other
-    commands. Killed at any moment, the same command with `--resume true` ends with the same
-    weights.
+    commands. Killed at any moment, the same command with `--resume` ends with the same weights.
 
     Args:
         data: Folder written by `crowdnav generate`, or `eth_ucy:FOLD`, or `FOLDER:FOLD` where
-            FOLDER holds the ETH/UCY data and FOLD is eth, hotel, univ, zara1 or zara2.
+            FOLDER holds the ETH/UCY data and FOLD is eth, hotel, univ, zara1 or zara2, or `sdd` or
+            the folder of that data.
         model: The iterative-attention network or a baseline.
         variant: What the network sees of the map: nothing, or patches of the picture.
         config_name: Model and training of the paper, or corrections of constant velocity.
@@ -51,22 +51,24 @@ def train_predictor(
     from predictor.train import train
 
     network, training = configuration(model, config_name, variant=variant, seed=seed, epochs=epochs)
+    training = replace(training, patience=patience)
     words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
-    if patience is not None:
-        training = replace(training, patience=patience)
-        words += ["--patience", str(patience)]
-    found = train(
-        data=data,
-        out=out,
-        model=network,
-        training=training,
-        resume=resume,
-        device=device,
-        cache=cache,
-        tensorboard=tensorboard,
-        command=shlex.join(words),
-    )
+    words += [] if patience is None else ["--patience", str(patience)]
+    try:
+        found = train(
+            data=data,
+            out=out,
+            model=network,
+            training=training,
+            resume=resume,
+            device=device,
+            cache=cache,
+            tensorboard=tensorboard,
+            command=shlex.join(words),
+        )
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted; the same command with --resume goes on") from None
     mine, baseline = found.validation, found.constant_velocity
     print(
         f"Epoch {found.best_epoch} of {training.epochs} is best on validation: ADE/FDE "

@@ -16,7 +16,7 @@ from predictor.datasets import read_training
 from predictor.inputs import build_inputs
 from predictor.model import IterativeAttention
 from predictor.scenes import scenes
-from predictor.train import TrainResult, fit, train
+from predictor.train import TrainResult, chosen_device, fit, train
 from predictor.windows import extract_windows
 
 PATCH = ModelConfig(variant="patch")
@@ -188,6 +188,16 @@ def test_a_loss_that_is_not_finite_stops(tmp_path: Path) -> None:
             progress=False,
         )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_device_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    monkeypatch.setattr(torch.mps, "is_available", lambda: False)
+    assert chosen_device("auto") == torch.device("cpu")
+    with pytest.raises(ValueError, match="device cuda, found none"):
+        chosen_device("cuda")
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert chosen_device("auto") == torch.device("cuda")
 
 
 def test_recolored_map_keeps_its_shapes_and_its_edge() -> None:
