@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,7 +53,8 @@ def starting_bodies(
         for person in np.flatnonzero(~present).tolist():
             park(bodies, person)
     if scenario.replay is None:
-        _refuse_overlaps(bodies, radii, present, len(people))
+        names = [*(f"pedestrian {row}" for row in range(len(people))), "the robot"]
+        _refuse_overlaps(bodies, radii, present, names)
     return bodies, radii, np.concatenate(mass), present
 
 
@@ -67,18 +69,23 @@ def draw_awareness(
 
 
 def _refuse_overlaps(
-    bodies: FloatArray, radius: FloatArray, present: BoolArray, pedestrians: int
+    bodies: FloatArray,
+    radius: FloatArray,
+    present: BoolArray,
+    names: Sequence[str],
 ) -> None:
+    """Raise ValueError if two bodies start deeper than `START_OVERLAP` inside each other."""
     first, second, gap = _narrowest(bodies, radius, present)
     if gap < -START_OVERLAP:
-        who = "the robot" if second == pedestrians else f"pedestrian {second}"
         raise ValueError(
-            f"expected everybody to start beside everybody else, found pedestrian {first} at "
-            f"{tuple(bodies[first, :2].tolist())} and {who} at "
-            f"{tuple(bodies[second, :2].tolist())} with a gap of {gap:.3f} m between their "
-            f"surfaces: move one of them by {-gap:.3f} m or more, or make them smaller "
-            f"({-START_OVERLAP} m would do)"
+            "expected everybody to start beside everybody else, found "
+            f"{_at(names, bodies, first)} and {_at(names, bodies, second)} {-gap:.3f} m inside "
+            "each other: move them apart, or make them smaller"
         )
+
+
+def _at(names: Sequence[str], bodies: FloatArray, row: int) -> str:
+    return f"{names[row]} at ({bodies[row, 0]:.3f}, {bodies[row, 1]:.3f})"
 
 
 @njit(cache=True)

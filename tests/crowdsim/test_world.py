@@ -203,7 +203,7 @@ class TestSolidBodies:
 
     @pytest.mark.parametrize("apart", [0.0, 0.44])
     def test_bodies_cannot_start_inside_each_other(self, apart):
-        message = rf"pedestrian 0 at \(1.*pedestrian 1 at .* gap of -{0.5 - apart:.3f} m"
+        message = rf"pedestrian 0 at \(1.*pedestrian 1 at .* {0.5 - apart:.3f} m inside each other"
         with pytest.raises(ValueError, match=message):
             world(scenario([[1.0, 1.0], [1.0 + apart, 1.0]], [[2.0, 0.0], [3.0, 0.0]]))
 
