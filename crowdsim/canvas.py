@@ -26,6 +26,8 @@ INK_RGB: Final = (38, 40, 48)
 WHITE_RGB: Final = (255, 255, 255)
 PAPER: Final = 0.22
 """Share of white that the map is lightened with, so that what is drawn on it stands out."""
+CLOUD: Final = 0.16
+"""Share of a person's color where the person may be in future."""
 LONG_SIDE_PX: Final = 1100
 """A frame is enlarged to at least this, unless told otherwise."""
 FOOTER_PX: Final = 40
@@ -111,6 +113,16 @@ class Canvas:
             size = 0.11 * self.scale_at(path[index]) * (1.0 - 0.35 * ahead)
             self.disc(pixel, max(size, 2.2) + 1.0, self.under(pixel, WHITE_RGB, 0.75))
             self.disc(pixel, max(size, 2.2), self.under(pixel, color, 0.95 - 0.55 * ahead))
+
+    def cloud(self, path: NDArray[np.float64], radius: NDArray[np.float64], color: Color) -> None:
+        """Where somebody is going to be: translucent discs of growing radius (F,) along a path."""
+        overlay = self.image.copy()
+        pixels = project(self.pixel_from_world, path)
+        for point, pixel, reach in zip(path, pixels, radius.tolist(), strict=True):
+            size = round(reach * self.scale_at(point) * 2**SUBPIXEL_BITS)
+            cv2.circle(overlay, _fixed(pixel), size, color, -1, cv2.LINE_AA, SUBPIXEL_BITS)
+        mixed = cv2.addWeighted(overlay, CLOUD, self.image, 1.0 - CLOUD, 0.0)
+        self.image = np.asarray(mixed, dtype=np.uint8)
 
     def body(
         self,

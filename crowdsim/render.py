@@ -75,6 +75,7 @@ def render_frame(
     headings: NDArray[np.float64] | None = None,
     histories: Sequence[NDArray[np.float64]] = (),
     forecasts: Sequence[NDArray[np.float64]] = (),
+    forecast_radii: Sequence[NDArray[np.float64]] = (),
     robot: tuple[float, float, float] | None = None,
     robot_radius: float = 0.3,
     robot_history: NDArray[np.float64] | None = None,
@@ -94,6 +95,7 @@ def render_frame(
         headings: (N,) where they face; no mark if None.
         histories: One (P, 2) path per person, oldest first, any length; or none at all.
         forecasts: One (F, 2) path per person, nearest first, any length; or none at all.
+        forecast_radii: One (F,) per forecast, within which the person is expected; or none at all.
         robot: x, y, heading.
         robot_radius: Its radius.
         robot_history: (P, 2) path of the robot, oldest first.
@@ -108,6 +110,8 @@ def render_frame(
     names = np.arange(len(positions)) if ids is None else ids
     colors = [PALETTE_RGB[int(name) % len(PALETTE_RGB)] for name in names]
     drawn = np.flatnonzero(valid)
+    for person in drawn[drawn < len(forecast_radii)]:
+        canvas.cloud(forecasts[person], forecast_radii[person], colors[person])
     for person in drawn[drawn < len(histories)]:
         canvas.fading_line(histories[person], colors[person])
     if robot_history is not None:

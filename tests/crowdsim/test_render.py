@@ -113,6 +113,18 @@ def test_every_layer_leaves_its_mark():
     assert everything.shape[0] % 2 == everything.shape[1] % 2 == 0
 
 
+def test_a_forecast_is_as_uncertain_as_its_radius():
+    image, pixel_from_world = render_map(Map(bounds=(0.0, 0.0, 10.0, 6.0)))
+    layers = {"forecasts": [np.array([(3.0, 3.0), (6.0, 3.0)])], "scale": 1.0}
+    certain = frame(image, pixel_from_world, **layers)
+    radii = [np.array([0.4, 1.5])]
+    uncertain = frame(image, pixel_from_world, **layers, forecast_radii=radii)
+    # Up from the second point: nothing else is drawn there.
+    for up, marked in ((0.5, True), (1.4, True), (1.6, False), (2.5, False)):
+        u, v = np.rint(project(pixel_from_world, (6.0, 3.0 + up))).astype(int)
+        assert (certain[v, u] != uncertain[v, u]).any() == marked
+
+
 def test_video_is_whole_and_quiet(tmp_path, capfd):
     frames = [np.full((64, 96, 3), 12 * index, dtype=np.uint8) for index in range(20)]
     write_video(tmp_path / "clip.webm", frames, fps=10)
