@@ -120,7 +120,7 @@ def test_a_forecast_is_as_uncertain_as_its_radius():
     radii = [np.array([0.4, 1.5])]
     uncertain = frame(image, pixel_from_world, **layers, forecast_radii=radii)
     # Up from the second point: nothing else is drawn there.
-    for up, marked in ((0.5, True), (1.4, True), (1.6, False), (2.5, False)):
+    for up, marked in ((0.5, True), (1.3, True), (1.8, False), (2.5, False)):
         u, v = np.rint(project(pixel_from_world, (6.0, 3.0 + up))).astype(int)
         assert (certain[v, u] != uncertain[v, u]).any() == marked
 
