@@ -144,7 +144,8 @@ def scale_of(scales: Scales, video: str) -> float:
 def write_sdd_snippets(path: Path | str, recordings: Iterable[Recording], scales: Scales) -> None:
     """Write pixels in the form of the standard split, one recording after the other.
 
-    Pictures are not written; pixels are rounded to 0.001.
+    Pictures are not written; pixels are rounded to 0.001. Frame numbers stay: where 0.4 s are not
+    12 of them, reading needs `dt`.
 
     Args:
         path: File to write; gzipped if it ends in `.gz`.

@@ -1,6 +1,8 @@
 """What a recording is, and that its store gives back what it was given."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -203,3 +205,24 @@ def test_a_set_without_anybody_is_refused(tmp_path: Path):
     with pytest.raises(ValueError, match="found nobody"):
         write_recordings(tmp_path, [empty])
     assert not (tmp_path / "manifest.json").exists()
+
+
+def test_recordings_need_no_simulator():
+    code = """
+import importlib, pkgutil, sys
+import crowdsim.recordings as package
+for module in pkgutil.iter_modules(package.__path__, package.__name__ + "."):
+    importlib.import_module(module.name)
+print(*sys.modules)
+"""
+    process = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = set(process.stdout.split())
+    assert not loaded & {"pymunk", "torch", "numba", "shapely", "gymnasium", "predictor", "envs"}
+    ours = {name for name in loaded if name.startswith("crowdsim.")}
+    assert all(name.startswith("crowdsim.recordings") for name in ours)
