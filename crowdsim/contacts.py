@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from crowdsim.distance_field import distance_to_segments
-from crowdsim.line_of_sight import Screens, is_hidden
+from crowdsim.line_of_sight import Screens, any_between, listed
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -26,10 +26,12 @@ def keep_outside_walls(before: FloatArray, after: FloatArray, first: int, screen
     Returns:
         How many were held back.
     """
+    walls, starts, low = screens
     held = 0
     for i in range(first, len(before)):
-        x, y = after[i, 0], after[i, 1]
-        if is_hidden(screens, before[i, 0], before[i, 1], x, y):
+        from_x, from_y, x, y = before[i, 0], before[i, 1], after[i, 0], after[i, 1]
+        first_wall, end = listed(starts, low, (from_x + x) / 2, (from_y + y) / 2)
+        if any_between(walls, first_wall, end, from_x, from_y, x, y):
             before[i, 2] = before[i, 3] = 0.0
             held += 1
         else:

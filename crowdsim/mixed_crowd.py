@@ -26,6 +26,9 @@ BoolArray = NDArray[np.bool_]
 LEAST_MAX_SPEED = 0.6
 """People who want to stand can still step aside this fast [m/s]."""
 
+LONGEST_STEP = 1.0
+"""Nobody moves farther than this in one step [m]."""
+
 
 class MixedCrowd:
     """The social force for all, and what replaces it for those who move by another model.
@@ -75,7 +78,7 @@ class MixedCrowd:
         self._people = pedestrians
         self._walls = world_map.segments
         self._wall_field = distance_field(world_map)
-        ranges = [social_force.interaction_range]
+        ranges = [LONGEST_STEP, social_force.interaction_range]
         ranges += [orca.interaction_range] if self._any_orca else []
         self.screens = screens(world_map, max(ranges))
         self._social_force_parameters = social_force.record()
