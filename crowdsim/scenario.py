@@ -69,22 +69,25 @@ class Scenario:
             self._check_replay(self.replay)
 
     def _check_on_arrival(self) -> None:
-        if not set(self._words_on_arrival()) <= set(ON_ARRIVAL):
+        one_word = isinstance(self.on_arrival, str)
+        words = {self.on_arrival} if one_word else set(self.on_arrival)
+        if not words <= set(ON_ARRIVAL):
             raise ValueError(f"on_arrival must be one of {ON_ARRIVAL}, got {self.on_arrival!r}")
-        if not isinstance(self.on_arrival, str) and len(self.on_arrival) != len(self.pedestrians):
+        if not one_word and len(self.on_arrival) != len(self.pedestrians):
             raise ValueError(
                 f"on_arrival must be one word, or one for each of {len(self.pedestrians)} people, "
                 f"got {len(self.on_arrival)}"
             )
 
-    def _words_on_arrival(self) -> tuple[str, ...]:
-        return (self.on_arrival,) if isinstance(self.on_arrival, str) else self.on_arrival
-
     def _check_entering(self) -> None:
         positions, times = self.pedestrians.position, self.entry_times
-        words = self._words_on_arrival()
-        nobody_enters = len(words) > 0 and "respawn" not in words and times is None
-        if self.entrances is not None and nobody_enters:
+        one_word = isinstance(self.on_arrival, str)
+        if (
+            self.entrances is not None
+            and one_word
+            and self.on_arrival != "respawn"
+            and times is None
+        ):
             raise ValueError(
                 f"entrances need on_arrival='respawn' or entry_times, got {self.on_arrival!r}"
             )

@@ -96,8 +96,8 @@ def robot_crowding(
         rng: Source of all draws.
         pedestrians: Number of people, 0 to 60.
         size: Side of the square [m], 12 to 60.
-        standing: Share of people who stand 1.1 to 3.2 m from the robot, 0 to 1; the others walk
-            past it, leave, and enter again as new persons.
+        standing: Share of people who stand around the robot, 0 to 1, in a ring of 1.1 to 3.2 m;
+            the others walk past it, leave, and enter again as new persons.
         groups: Share of the others who walk in groups, 0 to 1.
         model: Motion model of all, or the share of each.
 

@@ -25,6 +25,15 @@ def make(name: str, seed: int, **parameters: object) -> Scenario:
     return make_scenario(name, np.random.default_rng(seed), **parameters)
 
 
+def refusal(name: str, **parameters: object) -> str:
+    """What the error says, "" without one."""
+    try:
+        make(name, 0, **parameters)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def documented(name: str) -> dict[str, tuple[float, float]]:
     """The range of each number, as the documentation of its parameter ends."""
     text = re.sub(r"\s+", " ", inspect.getdoc(SCENARIOS[name]) or "")
@@ -55,6 +64,29 @@ def test_nobody_starts_in_anybody_or_anything(name, seed, groups):
 
 
 @pytest.mark.parametrize("name", SYNTHETIC)
+def test_the_way_through_the_crowd_is_neither_short_nor_out_of_time(name):
+    scenario = make(name, 1)
+    distance = np.linalg.norm(np.subtract(scenario.robot_goal, scenario.robot_start[:2]))
+    assert distance > 7.0
+    assert distance / scenario.time_limit < 0.7  # a robot of 1 m/s has time to wait
+
+
+@pytest.mark.parametrize("name", SYNTHETIC)
+def test_the_seed_decides(name):
+    first, again, other = (make(name, seed) for seed in (3, 3, 4))
+    np.testing.assert_array_equal(first.pedestrians.position, again.pedestrians.position)
+    np.testing.assert_array_equal(first.pedestrians.radius, again.pedestrians.radius)
+    assert first.map is again.map  # what physics derives from a map is computed once
+    assert (first.pedestrians.position != other.pedestrians.position).any()
+
+
+@pytest.mark.parametrize("name", SYNTHETIC)
+def test_the_count_is_what_was_asked_for(name):
+    for count in (0, 3):
+        assert len(make(name, 0, pedestrians=count).pedestrians) == count
+
+
+@pytest.mark.parametrize("name", SYNTHETIC)
 def test_everybody_can_walk_to_where_they_want_to(name):
     scenario = make(name, 1)
     field = geodesic_field(scenario.map, scenario.robot_goal)
@@ -62,7 +94,9 @@ def test_everybody_can_walk_to_where_they_want_to(name):
     places = [people.position[:, None], people.waypoints]
     if scenario.entrances is not None:
         places.append(scenario.entrances[:, None])
-    assert np.isfinite(field.distance(np.concatenate(places, axis=1))).all()
+    everywhere = np.concatenate(places, axis=1)
+    assert scenario.map.walkable(everywhere).all()
+    assert np.isfinite(field.distance(everywhere)).all()
     assert np.isfinite(field.length(scenario.robot_start[:2]))
 
 
@@ -101,6 +135,17 @@ def test_documented_ranges_are_kept(name, parameter):
         outside = int(value) + step if whole else value + 0.01 * step
         with pytest.raises(ValueError, match=f"{parameter} must be"):
             make(name, 0, **{parameter: outside})
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter"), [(name, key) for name in SYNTHETIC for key in documented(name)]
+)
+def test_the_ends_of_documented_ranges_are_taken(name, parameter):
+    kind = type(inspect.signature(SCENARIOS[name]).parameters[parameter].default)
+    whole = kind is not float
+    for value in documented(name)[parameter]:
+        refused = refusal(name, **{parameter: int(value) if whole else value})
+        assert refused == "" or "no room" in refused
 
 
 @pytest.mark.parametrize("name", SYNTHETIC)
