@@ -153,8 +153,6 @@ class TrainConfig:
         truncate: Share of windows whose first frames are hidden, so that the model learns to
             forecast from 1 to 7 observed frames.
         stride: Frames between two training windows.
-        average: Decay per step of the moving average of the weights that is validated and kept
-            instead of the last ones; 0 keeps the last ones.
         patience: Stop after so many epochs without a better validation; None never does.
         seed: Seed of initial weights, order of windows and augmentation.
 
@@ -174,7 +172,6 @@ class TrainConfig:
     recolor: float = 0.0
     truncate: float = 0.25
     stride: int = 1
-    average: float = 0.0
     patience: int | None = None
     seed: int = 0
 
@@ -193,7 +190,6 @@ class TrainConfig:
         for name in ("hide_map", "recolor", "truncate"):
             value = getattr(self, name)
             _require(0.0 <= value <= 1.0, f"{name} must be in [0, 1], got {value}")
-        _require(0.0 <= self.average < 1.0, f"average must be in [0, 1), got {self.average}")
         _require(
             self.patience is None or self.patience >= 1,
             f"patience must be at least 1 or None, got {self.patience}",

@@ -1,42 +1,20 @@
 """Forecasters against recorded crowds, by the protocol of the literature; honest tables only."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import islice
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from crowdsim.recordings import Recording
-from predictor.datasets import Unit, read_tests, unit_of, usual_min_ped
+from predictor.calibration import LEVEL
+from predictor.datasets import read_tests, unit_of, usual_min_ped
 from predictor.forecaster import Forecaster
-from predictor.metrics import MOVING_DISPLACEMENT, ade, displacement_errors, fde, moves
-from predictor.scenes import Scene, scenes
+from predictor.metrics import MOVING_DISPLACEMENT, ade, fde
+from predictor.trajectory_errors import TrajectoryErrors, trajectory_errors
 
-MIN_PED = (1, 0)
+MIN_PED: Final = (1, 0)
 """Windows count with more than so many agents; the first is the one of the Social-GAN loader."""
-
-WORLDS = 32
-"""Scenes forecast in one call."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class TrajectoryErrors:
-    """Errors of M forecast trajectories.
-
-    Attributes:
-        errors: (M, F) displacement errors, in metres or pixels.
-        moving: (M,) bool, who moves in its window (`metrics.moves`).
-        agents: (M,) agents in the window of each trajectory.
-        windows: (M,) number of the window.
-    """
-
-    errors: NDArray[np.float64]
-    moving: NDArray[np.bool_]
-    agents: NDArray[np.int64]
-    windows: NDArray[np.int64]
 
 
 def evaluate(
@@ -95,7 +73,8 @@ def evaluate_folds(
         JSON-able `{"folds": {fold: row}, "mean": row, "protocol": {...}, "min_ped_0": {"folds",
         "mean"}, "min_ped_1": {"folds", "mean"}}`. A row has `ade`, `fde` (in the protocol's
         `unit`), `n` trajectories, `windows`, `error_per_step` and `moving` (`ade`, `fde`, `n`,
-        `share`). The mean is over folds, unweighted.
+        `share`), and of a calibrated forecaster `coverage@0.9` and `radius_mean` [m], both also
+        per step. The mean is over folds, unweighted.
 
     Raises:
         ValueError: The data is unfit.
@@ -124,90 +103,6 @@ def evaluate_folds(
     return {**tables[min_ped], "protocol": protocol, **both}
 
 
-def trajectory_errors(
-    forecaster: Forecaster,
-    recordings: Sequence[Recording],
-    *,
-    unit: Unit = "m",
-    progress: bool = False,
-) -> TrajectoryErrors:
-    """Forecast every agent of every window of some recordings.
-
-    Args:
-        forecaster: What to test.
-        recordings: On what.
-        unit: `px` tells errors in pixels of the pictures of the recordings.
-        progress: Show a progress bar.
-
-    Raises:
-        ValueError: Another `dt` than the forecaster's, no window with an agent, or pixels where a
-            recording has no picture.
-    """
-    errors, moving, agents = [], [], []
-    bar = tqdm(desc=recordings[0].name, unit="window", disable=not progress)
-    for chunk in _chunks(_all_scenes(forecaster, recordings)):
-        for scene, forecast in zip(chunk, forecast_scenes(forecaster, chunk), strict=True):
-            errors.append(displacement_errors(*_in(unit, scene, forecast, scene.future)).T)
-            moving.append(moves(scene.history[:, scene.agents], scene.future))
-            agents.append(len(scene.agents))
-        bar.update(len(chunk))
-    bar.close()
-    if not errors:
-        raise ValueError(f"expected people to forecast in {recordings[0].name}…, found none")
-    return TrajectoryErrors(
-        errors=np.concatenate(errors),
-        moving=np.concatenate(moving),
-        agents=np.repeat(agents, agents),
-        windows=np.repeat(np.arange(len(agents)), agents),
-    )
-
-
-def _in(unit: Unit, scene: Scene, *points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """World points [m] in the unit of the errors."""
-    if unit == "m":
-        return list(points)
-    homography = scene.recording.pixel_from_world
-    if homography is None:
-        raise ValueError(f"{scene.recording.name}: errors in pixels need a picture, found none")
-    projected = [to_homogeneous @ homography.T for to_homogeneous in map(_homogeneous, points)]
-    return [p[..., :2] / p[..., 2:] for p in projected]
-
-
-def _homogeneous(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
-
-
-def _all_scenes(forecaster: Forecaster, recordings: Sequence[Recording]) -> Iterator[Scene]:
-    for recording in recordings:
-        yield from scenes(
-            recording,
-            history_steps=forecaster.history_steps,
-            forecast_steps=forecaster.forecast_steps,
-            frame_dt=forecaster.frame_dt,
-        )
-
-
-def _chunks(every: Iterator[Scene]) -> Iterator[list[Scene]]:
-    while chunk := list(islice(every, WORLDS)):
-        yield chunk
-
-
-def forecast_scenes(forecaster: Forecaster, batch: Sequence[Scene]) -> list[NDArray[np.float64]]:
-    """Forecast the agents of several scenes in one call: (F, A, 2) for each [m]."""
-    steps, people = len(batch[0].history), max(scene.history.shape[1] for scene in batch)
-    history = np.zeros((len(batch), steps, people, 2))
-    valid = np.zeros((len(batch), steps, people), dtype=np.bool_)
-    select = np.zeros((len(batch), people), dtype=np.bool_)
-    for world, scene in enumerate(batch):
-        history[world, :, : scene.history.shape[1]] = scene.history
-        valid[world, :, : scene.history.shape[1]] = scene.valid
-        select[world, scene.agents] = True
-    images = [scene.recording.map_image for scene in batch]
-    homographies = [scene.recording.pixel_from_world for scene in batch]
-    path = forecaster.forecast(history, valid, images, homographies, select)
-    return [path[world][:, scene.agents] for world, scene in enumerate(batch)]
-
-
 def _table(found: dict[str, TrajectoryErrors], min_ped: int) -> dict[str, Any]:
     folds = {fold: _row(errors, min_ped) for fold, errors in found.items()}
     rows = list(folds.values())
@@ -227,6 +122,20 @@ def _row(found: TrajectoryErrors, min_ped: int) -> dict[str, Any]:
             **_average(errors[moving]),
             "share": float(moving.mean()) if len(moving) > 0 else None,
         },
+        **_calibration(found, counted),
+    }
+
+
+def _calibration(found: TrajectoryErrors, counted: NDArray[np.bool_]) -> dict[str, Any]:
+    """How often the truth lay within the radii that the forecaster expects; nothing without."""
+    if found.within is None or found.radius is None or not counted.any():
+        return {}
+    within = found.within[counted]
+    return {
+        f"coverage@{LEVEL}": float(within.mean()),
+        "coverage_per_step": within.mean(axis=0).tolist(),
+        "radius_mean": float(found.radius.mean()),
+        "radius_per_step": found.radius.tolist(),
     }
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,18 @@ class Forecaster(Protocol):
             ValueError: Shapes contradict each other or a valid position is not finite.
         """
         ...
+
+
+@runtime_checkable
+class CalibratedForecaster(Protocol):
+    """A forecaster that may know how far off it is.
+
+    Attributes:
+        radius: (F,) radius around each forecast position within which the person was found in
+            `predictor.calibration.LEVEL` of the cases kept for validation [m]; None if unknown.
+    """
+
+    radius: NDArray[np.float64] | None
 
 
 def steps_of(horizon: float, frame_dt: float = FRAME_DT) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from predictor.calibration import radius_of
 from predictor.checkpoint import load_checkpoint
 from predictor.inputs import AgentInputs, build_inputs_of_worlds, check_tracks, to_world
 from predictor.networks import Network, name_of
@@ -33,9 +34,20 @@ class NetworkForecaster:
     Args:
         network: Trained network.
         forecast_steps: Frames to forecast; None for those the network was trained for.
+        radius: (F,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
+            for the frames that it was trained for; None where nobody measured it.
+
+    Attributes:
+        radius: That of the frames that are forecast; None beyond those it was trained for.
     """
 
-    def __init__(self, network: Network, *, forecast_steps: int | None = None) -> None:
+    def __init__(
+        self,
+        network: Network,
+        *,
+        forecast_steps: int | None = None,
+        radius: NDArray[np.float64] | None = None,
+    ) -> None:
         self.network = network.eval()
         self.name = name_of(network.config)
         self.frame_dt = network.config.frame_dt
@@ -43,12 +55,15 @@ class NetworkForecaster:
         self.forecast_steps = (
             network.config.forecast_steps if forecast_steps is None else forecast_steps
         )
+        rolled = self.forecast_steps > network.config.forecast_steps
+        self.radius = None if radius is None or rolled else radius[: self.forecast_steps]
 
     @classmethod
     def from_checkpoint(cls, path: Path, *, forecast_steps: int | None = None) -> Self:
         """Load a checkpoint; raises as `predictor.checkpoint.load_checkpoint` does."""
-        network, _ = load_checkpoint(path)
-        return cls(network, forecast_steps=forecast_steps)
+        network, about = load_checkpoint(path)
+        radius = radius_of(about, network.config.forecast_steps)
+        return cls(network, forecast_steps=forecast_steps, radius=radius)
 
     def forecast(
         self,

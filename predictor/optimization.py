@@ -1,12 +1,11 @@
-"""One update of the weights: gradient, its clipping, the optimizer, its schedule, the average."""
+"""One update of the weights: gradient, its clipping, the optimizer and its schedule."""
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import torch
 from torch import Tensor
 from torch.optim.lr_scheduler import LRScheduler, OneCycleLR, StepLR
-from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from predictor.config import TrainConfig
 from predictor.networks import Network
@@ -25,15 +24,6 @@ class Optimization:
         self.network = network
         self.gradient_clip = training.gradient_clip
         self.optimizer, self.scheduler = _optimizer(network, training, batches)
-        self.average: AveragedModel | None = None
-        if training.average > 0.0:
-            decay = get_ema_multi_avg_fn(training.average)  # type: ignore[no-untyped-call]
-            self.average = AveragedModel(network, multi_avg_fn=decay)
-
-    @property
-    def kept(self) -> Network:
-        """The network that is validated and kept: the average, if there is one."""
-        return self.network if self.average is None else cast(Network, self.average.module)
 
     def update(self, objective: Tensor, when: str) -> float:
         """Descend once along the gradient of `objective`.
@@ -55,8 +45,6 @@ class Optimization:
         _require_finite("gradient", norm, when)
         self.optimizer.step()
         self.scheduler.step()
-        if self.average is not None:
-            self.average.update_parameters(self.network)
         return norm
 
     def scalars(self, objective: float, norm: float) -> dict[str, float]:
@@ -78,12 +66,11 @@ class Optimization:
             part.load_state_dict(state[name])
 
     def _parts(self) -> dict[str, Any]:
-        parts = {
+        return {
             "network": self.network,
             "optimizer": self.optimizer,
             "scheduler": self.scheduler,
         }
-        return parts if self.average is None else {**parts, "average": self.average}
 
 
 def _require_finite(name: str, value: float, when: str) -> None:

@@ -13,6 +13,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from predictor.augment import augmented_batch
+from predictor.calibration import calibration
 from predictor.checkpoint import save_checkpoint
 from predictor.config import Device, NetworkConfig, TrainConfig
 from predictor.datasets import describe, read_training
@@ -30,7 +31,7 @@ from predictor.training_state import (
     load_state,
     save_state,
 )
-from predictor.validation import evaluate_constant_velocity, evaluate_windows
+from predictor.validation import constant_velocity_errors, scores, window_errors
 from predictor.window_cache import cached_windows
 from predictor.windows import Windows
 
@@ -175,7 +176,7 @@ def fit(
     if resume and (out / FILE).exists():
         place, state = load_state(out / FILE, identity)
         run.load(state)
-    baseline = evaluate_constant_velocity(validation)
+    baseline = scores(constant_velocity_errors(validation))
     first, started, saved = place.step(batches), time.perf_counter(), time.monotonic()
     with (
         torch.random.fork_rng(devices=[]),
@@ -200,16 +201,17 @@ def fit(
                 if time.monotonic() - saved >= save_seconds:
                     save_state(out / FILE, place, identity, run.state())
                     saved = time.monotonic()
-            scores = evaluate_windows(run.kept, validation, device)
-            metrics = {"epoch": place.epoch, "validation": scores, "constant_velocity": baseline}
-            described = {**about, "metrics": metrics}
-            save_checkpoint(out / "last.safetensors", run.kept, described)
-            if place.finish_epoch(scores):
-                save_checkpoint(out / "best.safetensors", run.kept, described)
+            errors = window_errors(network, validation, device)
+            found = scores(errors)
+            metrics = {"epoch": place.epoch, "validation": found, "constant_velocity": baseline}
+            described = {**about, "metrics": metrics, "calibration": calibration(errors)}
+            save_checkpoint(out / "last.safetensors", network, described)
+            if place.finish_epoch(found):
+                save_checkpoint(out / "best.safetensors", network, described)
             save_state(out / FILE, place, identity, run.state())
-            write(place.step(batches), {f"validation/{key}": scores[key] for key in scores})
+            write(place.step(batches), {f"validation/{key}": found[key] for key in found})
             bar.set_postfix(
-                epoch=place.epoch - 1, ade=f"{scores['ade']:.3f}", fde=f"{scores['fde']:.3f}"
+                epoch=place.epoch - 1, ade=f"{found['ade']:.3f}", fde=f"{found['fde']:.3f}"
             )
     return TrainResult(
         checkpoint=out / "best.safetensors",

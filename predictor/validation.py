@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from predictor.inputs import last_step
 from predictor.metrics import ade, displacement_errors, fde
@@ -15,10 +16,10 @@ ROWS = 256
 """Windows in one pass."""
 
 
-def evaluate_windows(
+def window_errors(
     network: Network, windows: Windows, device: torch.device | str = "cpu"
-) -> dict[str, float]:
-    """`ade` and `fde` [m] of a network on windows, with the goals that it predicts."""
+) -> NDArray[np.float64]:
+    """(M, F) errors [m] of a network on windows, with the goals that it predicts."""
     network.eval()
     errors = []
     with torch.inference_mode():
@@ -26,14 +27,17 @@ def evaluate_windows(
             inputs, future = windows.batch(rows)
             _, path = network(**tensors(inputs, device))
             errors.append(displacement_errors(path.cpu().numpy(), future))
-    joined = np.concatenate(errors)
-    return {"ade": ade(joined), "fde": fde(joined)}
+    return np.concatenate(errors)
 
 
-def evaluate_constant_velocity(windows: Windows) -> dict[str, float]:
-    """`ade` and `fde` [m] of constant velocity on the same windows."""
+def constant_velocity_errors(windows: Windows) -> NDArray[np.float64]:
+    """(M, F) errors [m] of constant velocity on the same windows."""
     tracks = windows.tracks
     step, _ = last_step(tracks.own[:, :, None], tracks.own_valid[:, :, None])  # (M, 1, 2)
     ahead = np.arange(1, windows.config.forecast_steps + 1)[:, None]
-    errors = displacement_errors(step * ahead, tracks.future)
+    return displacement_errors(step * ahead, tracks.future)
+
+
+def scores(errors: NDArray[np.float64]) -> dict[str, float]:
+    """`ade` and `fde` [m]."""
     return {"ade": ade(errors), "fde": fde(errors)}

@@ -2,10 +2,9 @@
 
 import pytest
 import torch
+from hand_made_crowds import BASELINES
 
 from predictor.config import CONFIGURATIONS, ModelName, Variant
-
-BASELINES: tuple[ModelName, ...] = ("history_mlp", "lstm", "social_lstm")
 
 
 @pytest.fixture(scope="session", autouse=True)

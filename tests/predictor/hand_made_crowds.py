@@ -9,6 +9,8 @@ from predictor.config import ModelName, Variant, named_configuration
 from predictor.model import IterativeAttention
 from predictor.networks import Network, build_network, configuration
 
+BASELINES: tuple[ModelName, ...] = ("history_mlp", "lstm", "social_lstm")
+
 
 def walkers(
     rng: np.random.Generator,

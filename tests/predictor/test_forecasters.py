@@ -6,16 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import BASELINES
-from hand_made_crowds import baseline, network, walkers
+from hand_made_crowds import BASELINES, baseline, network, walkers
 
 from crowdsim.recordings import Recording
 from predictor.config import Variant
 from predictor.constant_velocity import ConstantVelocityForecaster
-from predictor.evaluate import forecast_scenes
 from predictor.forecaster import Forecaster, make_forecaster
 from predictor.network_forecaster import NetworkForecaster
 from predictor.scenes import Scene, scenes
+from predictor.trajectory_errors import forecast_scenes
 
 
 def scene_of(recording: Recording) -> Scene:

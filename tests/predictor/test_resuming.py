@@ -57,7 +57,7 @@ def run(
         data=str(folder / "crowds"),
         out=folder / out,
         model=SMALL,
-        training=training(average=0.9) if how is None else how,
+        training=training() if how is None else how,
         resume=resume,
         device="cpu",
         save_seconds=save_seconds,

@@ -1,0 +1,63 @@
+"""Radii that hold the truth as often as they say, measured wherever forecasts are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hand_made_crowds import baseline, walkers
+
+from crowdsim.recordings import write_recordings
+from predictor.calibration import calibration, conformal_radius, radius_of
+from predictor.checkpoint import save_checkpoint
+from predictor.evaluate import evaluate
+from predictor.forecaster import CalibratedForecaster, make_forecaster
+from predictor.networks import configuration
+from predictor.train import train
+
+
+def test_radius_by_hand() -> None:
+    """Of ten errors the nine smallest are not enough: 0.9 of eleven is ten."""
+    errors = np.stack([np.arange(1.0, 11.0), np.arange(10.0, 0.0, -1.0) / 10.0], axis=1)
+    assert conformal_radius(errors).tolist() == [10.0, 1.0]
+    assert conformal_radius(np.repeat(errors, 10, axis=0)).tolist() == [10.0, 1.0]
+    assert conformal_radius(np.repeat(errors, 10, axis=0), level=0.5).tolist() == [6.0, 0.6]
+
+
+def test_radius_holds_one_more_error_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(0)
+    kept, new = rng.exponential(size=(2000, 300)), rng.exponential(size=(200, 300))
+    assert (new <= conformal_radius(kept)).mean() == pytest.approx(0.9, abs=0.01)
+
+
+def test_a_checkpoint_keeps_it_and_the_table_tells_the_coverage(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    write_recordings(tmp_path / "train", [walkers(rng, 12, 24, f"{i}") for i in range(20)])
+    write_recordings(tmp_path / "test", [walkers(rng, 12, 24, f"{i}") for i in range(20)])
+    model, training = configuration("history_mlp", "residual", epochs=2)
+    data, out = str(tmp_path / "train"), tmp_path / "mlp"
+    train(data=data, out=out, model=model, training=training, progress=False)
+    forecaster = make_forecaster(str(out))
+    assert forecaster is not None
+    row = evaluate(forecaster, str(tmp_path / "test"))["folds"]["test"]
+    assert row["coverage@0.9"] == pytest.approx(0.9, abs=0.1)
+    assert len(row["coverage_per_step"]) == len(row["radius_per_step"]) == 12
+    assert row["radius_mean"] == pytest.approx(np.mean(row["radius_per_step"]))
+    assert np.all(np.diff(row["radius_per_step"]) > 0.0)
+    for horizon, steps in ((2.0, 5), (9.6, None)):
+        other = make_forecaster(str(out), horizon=horizon)
+        assert isinstance(other, CalibratedForecaster)
+        assert (None if other.radius is None else len(other.radius)) == steps
+
+
+@pytest.mark.parametrize("kept", [{"radius": [1.0]}, {"coverage": 0.9, "radius": [-1.0] * 12}, 3])
+def test_a_calibration_that_does_not_fit_is_refused(kept: object, tmp_path: Path) -> None:
+    save_checkpoint(tmp_path / "best.safetensors", baseline("lstm"), {"calibration": kept})
+    with pytest.raises(ValueError, match="expected a calibration"):
+        make_forecaster(str(tmp_path))
+
+
+def test_no_calibration_is_none() -> None:
+    assert radius_of({}, 12) is None
+    radius = radius_of({"calibration": calibration(np.full((50, 12), 0.5))}, 12)
+    assert radius is not None
+    assert radius.tolist() == [0.5] * 12
