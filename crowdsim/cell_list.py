@@ -13,6 +13,9 @@ BoolArray = NDArray[np.bool_]
 PAIRS_PER_BODY: Final = 8
 """Pairs that room is made for at first; where people stand closer, listing them starts anew."""
 
+FEW: Final = 24
+"""Among so many bodies, looking at everybody with everybody takes less time than sorting them."""
+
 
 @njit(cache=True, error_model="numpy")
 def near_pairs(bodies: FloatArray, present: BoolArray, reach: float) -> IntArray:
@@ -25,6 +28,8 @@ def near_pairs(bodies: FloatArray, present: BoolArray, reach: float) -> IntArray
         present: `(M,)` which of them to look at.
         reach: [m].
     """
+    if len(bodies) <= FEW:
+        return _all_near_pairs(bodies, present, reach)
     members, starts, columns = build_cell_list(bodies, present, reach)
     pairs = np.empty((PAIRS_PER_BODY * len(members) + 1, 2), dtype=np.int64)
     count = _list_pairs(bodies, members, starts, columns, reach, pairs)
@@ -91,6 +96,20 @@ def _extent(bodies: FloatArray, present: BoolArray) -> tuple[int, float, float, 
 @njit(cache=True)
 def _shape(width: float, height: float, size: float) -> tuple[int, int]:
     return int(height / size) + 1, int(width / size) + 1
+
+
+@njit(cache=True, error_model="numpy")
+def _all_near_pairs(bodies: FloatArray, present: BoolArray, reach: float) -> IntArray:
+    """Do what `near_pairs` says without cells."""
+    pairs = np.empty((len(bodies) * len(bodies) // 2 + 1, 2), dtype=np.int64)
+    count = 0
+    for a in range(len(bodies)):
+        for b in range(a + 1, len(bodies)):
+            dx, dy = bodies[a, 0] - bodies[b, 0], bodies[a, 1] - bodies[b, 1]
+            squared = dx * dx + dy * dy
+            pairs[count, 0], pairs[count, 1] = a, b
+            count += present[a] & present[b] & (squared > 0) & (squared < reach * reach)
+    return pairs[:count]
 
 
 @njit(cache=True, error_model="numpy")

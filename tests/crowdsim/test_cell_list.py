@@ -5,7 +5,7 @@ from crowdsim.cell_list import near_pairs
 
 
 @pytest.mark.parametrize(
-    ("count", "spread"), [(0, 1.0), (1, 1.0), (60, 30.0), (200, 12.0), (80, 0.5)]
+    ("count", "spread"), [(0, 1.0), (1, 1.0), (60, 30.0), (20, 3.0), (200, 12.0), (80, 0.5)]
 )
 def test_pairs_are_those_of_everybody_with_everybody(count, spread):
     rng = np.random.default_rng(count)
