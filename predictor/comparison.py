@@ -105,4 +105,6 @@ def _averaged(values: Sequence[Any]) -> Any:
         return found
     if isinstance(first, list):
         return [_averaged(items) for items in zip(*values, strict=True)]
-    return float(np.mean(values)) if isinstance(first, float) else first
+    # what does not differ is no measurement, and its mean may be rounded
+    differs = isinstance(first, float) and any(value != first for value in values)
+    return float(np.mean(values)) if differs else first

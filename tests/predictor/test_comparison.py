@@ -40,6 +40,7 @@ def test_columns_are_what_each_forecaster_gives_alone(folder: Path) -> None:
     assert row["moving"]["ade"] == pytest.approx(np.mean([r["moving"]["ade"] for r in rows]))
     assert row["n"] == rows[0]["n"]
     assert found["seeds"] == [3, 4]
+    assert found["protocol"] == tables[str(folder / "mlp-crowds-3")]["protocol"]
     assert list(found["by_seed"]) == ["3", "4"]
 
 
