@@ -82,8 +82,8 @@ def circular_crossing_with_static_obstacles(
 ) -> Scenario:
     """People cross a circle around planters that stand in it, and so does the robot.
 
-    As in the Social-Navigation-PyEnvs and socialjym benchmarks. People start on the circle; who has
-    crossed leaves over the edge of the ground and enters again opposite as a new person.
+    The name is that of the socialjym benchmark. People start on the circle; who has crossed leaves
+    over the edge of the ground and enters again opposite as a new person.
 
     Args:
         rng: Source of all draws.

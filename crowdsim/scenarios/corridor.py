@@ -66,7 +66,7 @@ def narrow_hallway(
 ) -> Scenario:
     """People come along a hallway in which they and the robot can only just pass.
 
-    Narrow hallway of Francis et al. 2023, table 3. Who leaves it enters again at the other end as
+    Narrow hallway of Francis et al. 2023, figure 7. Who leaves it enters again at the other end as
     a new person.
 
     Args:

@@ -26,7 +26,7 @@ def frontal_approach(
 ) -> Scenario:
     """Somebody comes straight towards the robot along a corridor.
 
-    Frontal approach of Francis et al. 2023, table 3. Who has passed enters again at the far end as
+    Frontal approach of Francis et al. 2023, figure 7. Who has passed enters again at the far end as
     a new person.
 
     Args:

@@ -45,7 +45,7 @@ def intersection(
 ) -> Scenario:
     """Two corridors cross; people and the robot go straight on or turn, and see each other late.
 
-    Intersection of Francis et al. 2023, table 3. Who leaves enters again as a new person.
+    Intersection of Francis et al. 2023, figure 7. Who leaves enters again as a new person.
 
     Args:
         rng: Source of all draws.
@@ -80,7 +80,8 @@ def t_intersection(
 ) -> Scenario:
     """A corridor ends at another one; the robot comes out of it and turns into the traffic.
 
-    The tee of HuNavSim and SEAN 2.0 style office maps. Who leaves enters again as a new person.
+    The intersection of Francis et al. 2023, figure 7, without its fourth arm. Who leaves enters
+    again as a new person.
 
     Args:
         rng: Source of all draws.
@@ -114,7 +115,7 @@ def blind_corner(
 ) -> Scenario:
     """People come around a corner that the robot has to turn, unseen until the last moment.
 
-    Blind corner of Francis et al. 2023, table 3. Who has passed enters again behind the corner as a
+    Blind corner of Francis et al. 2023, figure 7. Who has passed enters again behind the corner as a
     new person.
 
     Args:

@@ -51,7 +51,7 @@ def entering_room(
 ) -> Scenario:
     """The robot comes along a corridor and enters a room that people are leaving.
 
-    Entering room of Francis et al. 2023, table 3. People come into the room through a door at its
+    Entering room of Francis et al. 2023, figure 7. People come into the room through a door at its
     back, out of the robot's way; who has left along the corridor enters again as a new person.
 
     Args:
@@ -83,7 +83,7 @@ def exiting_room(
 ) -> Scenario:
     """The robot leaves a room that people are entering, and goes away along the corridor.
 
-    Exiting room of Francis et al. 2023, table 3. People leave the room through a door at its back,
+    Exiting room of Francis et al. 2023, figure 7. People leave the room through a door at its back,
     out of the robot's way; then new persons come along the corridor.
 
     Args:
