@@ -9,7 +9,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
@@ -93,7 +93,7 @@ class Plan:
             for stream in range(2)
         )
         name = self.scenarios[index % len(self.scenarios)]
-        parameters = {} if self.model is None else {"model": self.model}
+        parameters: dict[str, Any] = {} if self.model is None else {"model": self.model}
         if name == MIXED:
             scenario = draw_mixed(scenario_rng, **parameters)
             name = scenario.name
@@ -191,7 +191,7 @@ def _make_missing(plan: Plan, out: Path, workers: int, *, progress: bool) -> lis
 Task = tuple[Plan, Path, int]
 
 
-def _run(tasks: Sequence[Task], workers: int) -> Iterator[Entry]:
+def _run(tasks: Sequence[Task], workers: int) -> Generator[Entry]:
     """Do the tasks, in this process or in some others; an interrupt ends them at once."""
     if workers == 1 or len(tasks) < 2:
         yield from map(_make_shard, tasks)
