@@ -20,6 +20,7 @@ from crowdsim.recordings.store import write_atomic
 from crowdsim.scenarios import make_scenario
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
 from envs.config import CrowdNavConfig
+from envs.dose_response import rank_correlation
 from envs.episode_rows import Row, rows_as_parquet
 from envs.findings import findings
 from envs.finished_tasks import FinishedTasks
@@ -28,7 +29,7 @@ from envs.metrics import DELAY_AHEAD, navigation_metrics
 from envs.policies import make_policy
 from envs.replays import RecordedEpisode, instructive_seeds
 from envs.runs import run_episodes
-from envs.summary import summarize
+from envs.summary import as_json, summarize
 from envs.twin import run_twin
 from envs.workers import run_tasks
 from predictor.checkpoint import source_revision
@@ -44,8 +45,9 @@ class Evaluation:
         config: What was asked.
         rows: One per episode: scenario, arm, policy, forecaster, seed and all metrics; ordered by
             scenario, arm and seed.
-        summary: `run` (command, machine, …), `config`, `findings`, and what
-            `envs.summary.summarize` gives; fits into JSON.
+        summary: `run` (command, machine, …), `config`, `findings`, `dose_response` (rank
+            correlation of forecast error and outcomes), and what `envs.summary.summarize` gives;
+            fits into JSON.
         recorded: A few instructive episodes, of every arm from the same seed.
     """
 
@@ -93,6 +95,7 @@ def evaluate(
         "run": _run_facts(config, command, time.perf_counter() - started),
         "config": dataclasses.asdict(config),
         **summarize(rows, reference=config.reference_arm, seed=config.statistics_seed),
+        "dose_response": _dose_response(rows, config.statistics_seed),
     }
     summary["findings"] = findings(summary)
     return Evaluation(config=config, rows=rows, summary=summary, recorded=_replays(config, rows))
@@ -207,6 +210,14 @@ def _task(
         seeds=seeds,
         width=config.width,
     )
+
+
+def _dose_response(rows: Sequence[Row], seed: int) -> dict[str, dict[str, Any]]:
+    """Rank correlation of the forecasts' error with each of the outcomes that matter most."""
+    return {
+        outcome: as_json(rank_correlation(rows, outcome, np.random.default_rng(seed)))
+        for outcome in ("success", "collision_pedestrian", "time_to_goal_penalized")
+    }
 
 
 _STATED_PACKAGES = ("torch", "numpy", "pymunk", "gymnasium")

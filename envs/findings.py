@@ -8,10 +8,11 @@ from envs.summary import ALL_SCENARIOS
 
 
 def findings(summary: Mapping[str, Any]) -> list[str]:
-    """Sentences with numbers, intervals and counts from `envs.summary.summarize`.
+    """Sentences with numbers, intervals and counts from the summary of an evaluation.
 
     Per arm: its success against the reference, then which other differences are conclusive; then
-    the arms with forecasts against one another, and how far off their forecasts were.
+    the arms with forecasts against one another, how far off their forecasts were, and whether that
+    tells how they drive.
     """
     scenarios = summary["scenarios"]
     pooled = ALL_SCENARIOS in scenarios
@@ -32,7 +33,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
                 )
                 if pooled:
                     sentences.append(_by_scenario(arm, other, scenarios))
-    return sentences + _forecast_sentences(group)
+    return sentences + _forecast_sentences(group) + _dose_sentences(summary.get("dose_response", {}))
 
 
 def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
@@ -96,6 +97,22 @@ def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
         [f"{arm} {number(error, METRICS['forecast_fde'])}" for arm, error in errors.items()]
     )
     return [f"Closed-loop error at the end of the forecast horizon (FDE): {listed}."]
+
+
+def _dose_sentences(correlations: Mapping[str, Any]) -> list[str]:
+    """Whether the forecaster that errs more also drives worse; nothing with too few of them."""
+    parts = [
+        f"{METRICS[key].label} {rho['mean']:+.2f} [{rho['low']:+.2f}, {rho['high']:+.2f}]"
+        for key, rho in correlations.items()
+        if rho["mean"] is not None
+    ]
+    if not parts:
+        return []
+    count = next(iter(correlations.values()))["n"]
+    return [
+        "Rank correlation (Spearman) of the forecasts' FDE over forecasters with "
+        f"{_listed(parts)}; mean over {count} policies × scenarios."
+    ]
 
 
 def share(entry: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import envs.evaluation
+import envs.finished_tasks
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
 from envs.config import make_config
 from envs.episode_rows import Row
@@ -107,6 +108,7 @@ def test_an_episode_does_not_depend_on_those_beside_it() -> None:
 def test_an_interrupted_evaluation_goes_on_where_it_stopped(
     evaluation: Evaluation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(envs.finished_tasks, "source_revision", lambda: "the same one")
     finished = FinishedTasks(tmp_path / "finished")
 
     def stop_after(done: int, of: int) -> None:
