@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.behaviour import Behaviour
 from crowdsim.distance_field import distance_field
 from crowdsim.groups import abreast, draw_groups
 from crowdsim.map import Map
@@ -59,6 +60,7 @@ class Flow:
         groups: Share of them who walk in groups, 0 to 1.
         spread: Whether they begin anywhere on the walk to their first point, as if they had long
             been coming, instead of all at the start.
+        on_arrival: What they do at their goal, see `Scenario`.
         model: Motion model of all, or the share of each.
     """
 
@@ -69,6 +71,7 @@ class Flow:
     desired_speed: tuple[float, float] | None = None
     groups: float = 0.0
     spread: bool = False
+    on_arrival: OnArrival = "respawn"
     model: ModelChoice = "social_force"
 
 
@@ -84,7 +87,7 @@ class Description:
         robot_start: Region, or the pose x, y, heading [m, rad]; with a region the robot faces its
             goal.
         robot_goal: Region.
-        on_arrival: What people do at their goal, see `Scenario`.
+        behaviour: What people do besides walking; None means nothing.
         time_limit: Time that the robot has [s].
     """
 
@@ -94,7 +97,7 @@ class Description:
     flows: tuple[Flow, ...]
     robot_start: Region
     robot_goal: Region
-    on_arrival: OnArrival = "respawn"
+    behaviour: Behaviour | None = None
     time_limit: float = 30.0
 
     def draw(self, rng: np.random.Generator, *, model: ModelChoice | None = None) -> Scenario:
@@ -125,8 +128,9 @@ class Description:
             name=self.name,
             map=points.map,
             pedestrians=_joined(crowds, model),
-            on_arrival=self.on_arrival,
-            entrances=_entrances(crowds) if self.on_arrival == "respawn" else None,
+            on_arrival=tuple(crowd.flow.on_arrival for crowd in crowds for _ in crowd.group),
+            entrances=np.concatenate([crowd.entrances for crowd in crowds]),
+            behaviour=self.behaviour,
             robot_start=robot_start,
             robot_goal=robot_goal,
             time_limit=self.time_limit,
@@ -287,10 +291,6 @@ def _put_down(crowds: list[_Crowd], robot: tuple[float, ...]) -> None:
 
     group = np.concatenate([crowd.group for crowd in crowds])
     place_parties(group, draw, keep_away=[robot])
-
-
-def _entrances(crowds: list[_Crowd]) -> FloatArray:
-    return np.concatenate([crowd.entrances for crowd in crowds])
 
 
 def _joined(crowds: list[_Crowd], model: ModelChoice | None) -> Pedestrians:

@@ -4,6 +4,7 @@ A file either describes a map, people and a robot's task, or names a scenario an
 Unknown keys are errors, and every error names the file and the key.
 """
 
+import dataclasses
 import functools
 import hashlib
 import inspect
@@ -17,6 +18,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from crowdsim.behaviour import Behaviour
 from crowdsim.map import Map
 from crowdsim.maps import PLACES, read_map
 from crowdsim.maps.places import LAYOUTS
@@ -41,8 +43,8 @@ Named = tuple[str, dict[str, Any]]
 
 ENDINGS: Final = (".yaml", ".yml")
 DESCRIBED: Final = ("map", "people", "robot")
-OPTIONS: Final = ("name", "on_arrival", "time_limit")
-PEOPLE: Final = ("via", "desired_speed", "groups", "spread", "model")
+OPTIONS: Final = ("name", "behaviour", "time_limit")
+PEOPLE: Final = ("via", "desired_speed", "groups", "spread", "on_arrival", "model")
 
 
 def is_scenario_file(name: str) -> bool:
@@ -121,10 +123,6 @@ def _parse(path: Path, text: str) -> Description | Named:
 def _description(path: Path, keys: Mapping[str, Any]) -> Description:
     where = str(path)
     robot = _section(f"{where}: robot", keys["robot"], ("start", "goal"), ())
-    on_arrival = keys.get("on_arrival", "respawn")
-    if on_arrival not in ON_ARRIVAL:
-        known = ", ".join(ON_ARRIVAL)
-        raise ValueError(f"{where}: on_arrival: expected one of {known}, found {on_arrival!r}")
     people = _list(f"{where}: people", keys["people"])
     if not people:
         raise ValueError(f"{where}: people: expected at least one flow, found none")
@@ -135,7 +133,7 @@ def _description(path: Path, keys: Mapping[str, Any]) -> Description:
         flows=tuple(_flow(f"{where}: people[{i}]", flow) for i, flow in enumerate(people)),
         robot_start=_region(f"{where}: robot.start", robot["start"], pose=True),
         robot_goal=_region(f"{where}: robot.goal", robot["goal"]),
-        on_arrival=on_arrival,
+        behaviour=_behaviour(f"{where}: behaviour", keys.get("behaviour")),
         time_limit=_number(f"{where}: time_limit", keys.get("time_limit", 30.0)),
     )
 
@@ -209,6 +207,10 @@ def _flow(where: str, content: Any) -> Flow:
     spread = keys.get("spread", False)
     if not isinstance(spread, bool):
         raise ValueError(f"{where}.spread: expected true or false, found {spread!r}")
+    on_arrival = keys.get("on_arrival", "respawn")
+    if on_arrival not in ON_ARRIVAL:
+        known = ", ".join(ON_ARRIVAL)
+        raise ValueError(f"{where}.on_arrival: expected one of {known}, found {on_arrival!r}")
     return Flow(
         count=_counts(f"{where}.count", keys["count"], MOST_PEOPLE),
         start=_region(f"{where}.start", keys["start"]),
@@ -217,6 +219,7 @@ def _flow(where: str, content: Any) -> Flow:
         desired_speed=_speed(f"{where}.desired_speed", keys.get("desired_speed")),
         groups=groups,
         spread=spread,
+        on_arrival=on_arrival,
         model=_model(f"{where}.model", keys.get("model", "social_force")),
     )
 
@@ -240,6 +243,17 @@ def _model(where: str, content: Any) -> str | dict[str, float]:
         raise ValueError(f"{where}: expected a motion model, or shares; {error}") from error
     model: str | dict[str, float] = content
     return model
+
+
+def _behaviour(where: str, content: Any) -> Behaviour | None:
+    if content is None:
+        return None
+    known = [column.name for column in dataclasses.fields(Behaviour)]
+    numbers = {
+        key: _number(f"{where}.{key}", value)
+        for key, value in _section(where, content, (), known).items()
+    }
+    return Behaviour(**numbers)
 
 
 def _region(where: str, content: Any, *, pose: bool = False) -> Region:
