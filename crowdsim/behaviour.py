@@ -111,12 +111,13 @@ class Distractions:
         """
         count = len(group)
         self._behaviour = behaviour
+        # Floats, whatever was given: the kernel would be compiled anew for whole numbers.
         self._pause = (
-            behaviour.pause_rate * dt,
-            behaviour.waypoint_pause,
-            behaviour.pause_time,
+            float(behaviour.pause_rate * dt),
+            float(behaviour.waypoint_pause),
+            float(behaviour.pause_time),
         )
-        self._stop = (behaviour.stop_rate * dt, behaviour.stop_time)
+        self._stop = (float(behaviour.stop_rate * dt), float(behaviour.stop_time))
         self._rng = rng
         self._dt = dt
         # Who decides for each: the first member of the group.

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crowdsim.behaviour import Behaviour
 from crowdsim.forces import SocialForce
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
@@ -367,6 +368,13 @@ class TestReplay:
         np.testing.assert_array_equal(running.positions[0], [1.0, 0.1])
         assert running.robot_contact
         assert running.robot_position[0] > 1.2
+
+    @pytest.mark.parametrize(
+        "changes", [{"behaviour": Behaviour()}, {"entry_times": np.zeros(2)}], ids=str
+    )
+    def test_recorded_people_do_what_they_did(self, changes):
+        with pytest.raises(ValueError, match="a replay takes no behaviour and no entry_times"):
+            replace(self.start(), **changes)
 
     def test_physics_step_must_divide_the_frame(self):
         with pytest.raises(ValueError, match=r"whole part of the recording's 0\.4 s"):
