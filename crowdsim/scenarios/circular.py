@@ -18,7 +18,9 @@ from crowdsim.surfaces import Surface
 
 MARGIN: Final = 3.0
 """Ground around the circle [m]."""
-ARRANGEMENTS: Final = 16
+EXITS: Final = 16
+"""Places around planters where people leave: way-finding is computed once for each."""
+ARRANGEMENTS: Final = 8
 """Arrangements of planters that are drawn from unless one is asked for."""
 PASSAGE: Final = 1.6
 """Least width between planters, and between them and the circle [m]: two people pass."""
@@ -90,7 +92,7 @@ def circular_crossing_with_static_obstacles(
         pedestrians: Number of people, 0 to 200.
         radius: Radius of the circle [m], 5 to 30.
         obstacles: Number of planters, 0 to 12; fewer where there is no room.
-        layout: Which arrangement of them, 0 to 99,999; None draws one of the first 16.
+        layout: Which arrangement of them, 0 to 99,999; None draws one of the first 8.
         model: Motion model of all, or the share of each.
 
     Raises:
@@ -105,16 +107,17 @@ def circular_crossing_with_static_obstacles(
     edge = radius + MARGIN
 
     def through_the_middle() -> NDArray[np.float64]:
-        angle = rng.uniform(-math.pi, math.pi)
-        entry = edge * np.array([math.cos(angle), math.sin(angle)])
-        return np.array([entry, -entry])
+        entry = rng.uniform(-math.pi, math.pi)
+        beyond = round((entry + math.pi) * EXITS / (2.0 * math.pi)) * 2.0 * math.pi / EXITS
+        angle = np.array([entry, beyond])
+        return edge * np.column_stack([np.cos(angle), np.sin(angle)])
 
     on_circle = MARGIN / (2.0 * edge)
     walks = draw_walks(
         rng,
         pedestrians,
         through_the_middle,
-        lane=0.5,
+        lane=0.0,
         stretch=(on_circle - 0.02, on_circle + 0.02),
         keep_away=[(0.0, -radius), (0.0, radius)],
     )

@@ -115,8 +115,8 @@ def blind_corner(
 ) -> Scenario:
     """People come around a corner that the robot has to turn, unseen until the last moment.
 
-    Blind corner of Francis et al. 2023, figure 7. Who has passed enters again behind the corner as a
-    new person.
+    Blind corner of Francis et al. 2023, figure 7. Who has passed enters again behind the corner as
+    a new person.
 
     Args:
         rng: Source of all draws.
