@@ -50,7 +50,7 @@ class TrainResult:
         validation: Its `ade` and `fde` on validation [m].
         constant_velocity: Those of constant velocity on the same windows [m].
         windows: Number of training windows.
-        windows_per_s: Training windows per second of wall clock, data included.
+        windows_per_s: Training windows per second of wall clock, data and validation included.
     """
 
     checkpoint: Path
@@ -172,10 +172,7 @@ def fit(
     batches = math.ceil(len(windows) / training.batch_size)
     run = Optimization(network.to(device), training, batches)
     identity = _identity(network, windows, validation, training)
-    place = Place()
-    if resume and (out / FILE).exists():
-        place, state = load_state(out / FILE, identity)
-        run.load(state)
+    place = _beginning(run, out / FILE, identity, resume)
     baseline = scores(constant_velocity_errors(validation))
     first, started, saved = place.step(batches), time.perf_counter(), time.monotonic()
     with (
@@ -208,22 +205,32 @@ def fit(
             save_checkpoint(out / "last.safetensors", network, described)
             if place.finish_epoch(found):
                 save_checkpoint(out / "best.safetensors", network, described)
+            # last, so that a training killed before it repeats the epoch's end
             save_state(out / FILE, place, identity, run.state())
             write(place.step(batches), {f"validation/{key}": found[key] for key in found})
             bar.set_postfix(
                 epoch=place.epoch - 1, ade=f"{found['ade']:.3f}", fde=f"{found['fde']:.3f}"
             )
+    seen = (place.step(batches) - first) * len(windows) / batches
     return TrainResult(
         checkpoint=out / "best.safetensors",
         best_epoch=place.best_epoch,
         validation=place.best,
         constant_velocity=baseline,
         windows=len(windows),
-        windows_per_s=(place.step(batches) - first)
-        * len(windows)
-        / batches
-        / (time.perf_counter() - started),
+        windows_per_s=seen / (time.perf_counter() - started),
     )
+
+
+def _beginning(run: Optimization, path: Path, identity: dict[str, Any], resume: bool) -> Place:
+    """Where the training begins: where the state at `path` was taken, or at the first batch."""
+    if not resume:
+        path.unlink(missing_ok=True)
+    if not path.exists():
+        return Place()
+    place, state = load_state(path, identity)
+    run.load(state)
+    return place
 
 
 def _identity(
