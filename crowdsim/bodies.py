@@ -25,10 +25,13 @@ BoolArray = NDArray[np.bool_]
 WALL_RADIUS = 0.05
 """Half the thickness of walls [m]."""
 
-OVERLAP_TOLERANCE = 0.005
+SKIN = 0.0025
+"""Bodies and walls are thicker by this for the solver: what sinks in are skins, not bodies [m]."""
+
+OVERLAP_TOLERANCE = 0.002
 """Overlap that the solver leaves alone, so that contacts do not flicker [m]."""
 
-OVERLAP_LEFT = 0.25
+OVERLAP_LEFT = 0.1
 """Share of an overlap that is still there after the part of a step that follows its solution."""
 
 SOLVED_PARTS = (0.4, 0.4)
@@ -61,7 +64,7 @@ class Bodies:
         *,
         radius: FloatArray,
         mass: FloatArray,
-        kinematic: BoolArray,
+        dynamic_from: int,
         world_map: Map,
         dt: float,
     ) -> None:
@@ -70,11 +73,12 @@ class Bodies:
         Args:
             radius: `(M,)` [m].
             mass: `(M,)` [kg].
-            kinematic: `(M,)` bodies that go where they are told and cannot be pushed.
+            dynamic_from: rows before this one go where they are told and cannot be pushed.
             world_map: whose walls stop them.
             dt: seconds per step.
         """
-        self._radius, self._mass, self._kinematic = radius, mass, kinematic
+        self._radius, self._mass, self._dynamic_from = radius, mass, dynamic_from
+        self._solver_radius: FloatArray = radius + SKIN
         self._map, self._wall_field, self._dt = world_map, distance_field(world_map), dt
         self._parts: FloatArray = dt * np.array([*SOLVED_PARTS, FREE_PART])
         *self._solved_dt, self._free_dt = self._parts.tolist()
@@ -83,11 +87,14 @@ class Bodies:
         self._space.collision_slop = OVERLAP_TOLERANCE
         self._space.collision_bias = OVERLAP_LEFT ** (1 / self._solved_dt[-1])
         self._persistence = self._space.collision_persistence
-        for body_radius, body_mass, told in zip(radius, mass, kinematic, strict=True):
-            self._add(float(body_radius), float(body_mass), bool(told))
+        for row in range(len(radius)):
+            self._add(row)
         ground = self._space.static_body
         self._space.add(
-            *(pymunk.Segment(ground, a, b, WALL_RADIUS) for a, b in world_map.segments.tolist())
+            *(
+                pymunk.Segment(ground, a, b, WALL_RADIUS + SKIN)
+                for a, b in world_map.segments.tolist()
+            )
         )
         # The last row is pymunk's static body, to which the walls belong: it stays at zero.
         self._written: FloatArray = np.zeros((len(radius) + 1, 4))
@@ -97,36 +104,34 @@ class Bodies:
         # The pool never grows, so pymunk's memory behind this view never moves.
         self._read: FloatArray = np.frombuffer(self._read_buffer.float_buf()).reshape(-1, 4)
 
-    def step(self, bodies: FloatArray, present: BoolArray) -> FloatArray:
-        """Move bodies on by one step, and let contacts push back.
+    def coast(self, bodies: FloatArray, present: BoolArray) -> bool:
+        """Move bodies on by one step if that needs no solver, for nobody touches anything.
 
         Args:
-            bodies: `(M, 4)` x, y, vx, vy.
+            bodies: `(M, 4)` x, y, vx, vy; then changed in place, but for kinematic ones.
             present: `(M,)` who is there; the others stand far from everybody.
 
         Returns:
-            `(M, 4)` where they are then and how fast; a view that the next step overwrites.
+            Whether they moved.
         """
-        coasted = self.coast(bodies, present) if len(bodies) <= SPARSE else None
-        return self.solve(bodies) if coasted is None else coasted
-
-    def coast(self, bodies: FloatArray, present: BoolArray) -> FloatArray | None:
-        """Do what `step` says if nobody touches anything on the way, else give None."""
-        self._written[:-1] = bodies
-        arrived = coast(
-            self._written[:-1],
+        return len(bodies) <= SPARSE and coast(
+            bodies,
             present,
-            self._radius,
+            self._solver_radius,
+            self._dynamic_from,
             self._parts,
-            WALL_RADIUS,
+            WALL_RADIUS + SKIN,
             self._wall_field.grid,
             self._wall_field.origin,
             self._wall_field.cell,
         )
-        return self._written[:-1] if arrived else None
 
     def solve(self, bodies: FloatArray) -> FloatArray:
-        """Do what `step` says by the contact solver."""
+        """Move bodies `(M, 4)` on by one step, and let contacts push back.
+
+        Returns:
+            `(M, 4)` where they are then and how fast; a view that the next one overwrites.
+        """
         self._written[:-1] = bodies
         pymunk.batch.set_space_bodies(self._space, _FIELDS, self._write_buffer)
         for part in self._solved_dt:
@@ -143,16 +148,16 @@ class Bodies:
         return Bodies(
             radius=self._radius,
             mass=self._mass,
-            kinematic=self._kinematic,
+            dynamic_from=self._dynamic_from,
             world_map=self._map,
             dt=self._dt,
         )
 
-    def _add(self, radius: float, mass: float, kinematic: bool) -> None:
-        if kinematic:
+    def _add(self, row: int) -> None:
+        if row < self._dynamic_from:
             body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         else:
-            body = pymunk.Body(mass, float("inf"))
+            body = pymunk.Body(float(self._mass[row]), float("inf"))
         # Chipmunk never forgives two bodies at one place, not even before the first step.
-        body.position = (1e6 + 10.0 * len(self._space.bodies), 1e6)
-        self._space.add(body, pymunk.Circle(body, radius))
+        body.position = (1e6 + 10.0 * row, 1e6)
+        self._space.add(body, pymunk.Circle(body, float(self._solver_radius[row])))

@@ -7,6 +7,7 @@ anisotropy of Helbing, Farkas, Molnár and Vicsek 2002; all terms per unit of ma
         + sum_j A exp((r_ij - d_ij) / B) n_ij s(phi_ij) (1 - t_ij / T)           people
         + A_w exp((r_i - D_i) / B_w) n_iw                                        walls
         + sigma xi_i                                                             whim
+        - b_i e_i                                                                following
 
     s(phi) = lambda + (1 - lambda) (1 + cos phi) / 2
 
@@ -18,6 +19,9 @@ People look ahead (Zanlungo, Ikeda and Kanda 2011): n_ij d_ij is not the vector 
 the one at t_ij, when the two would be nearest if both kept their velocity, at most T ahead. Without
 that, two people who meet head on brake, stop and only then slide past each other; with it they
 turn aside in time. For people who stand, move side by side, or part, t_ij is 0.
+
+Who walks behind somebody keeps a gap in time (`crowdsim.following`): b_i is what the rest would
+speed i up beyond that, and at most `hold_back`.
 
 `SocialForce.interaction` puts another law of `crowdsim.interactions` in the place of the circular.
 """
@@ -31,6 +35,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from crowdsim.cell_list import near_pairs
+from crowdsim.following import follow
 from crowdsim.interactions import INTERACTIONS, Interaction, interact, repulsion
 from crowdsim.line_of_sight import Screens, is_hidden, nearest_walls
 
@@ -64,10 +69,12 @@ class SocialForce:
         whim: sigma, strength of the white noise [m/s^1.5]; it breaks perfect symmetry.
         max_speed_ratio: nobody walks faster than this times the desired speed (1.3 in Helbing
             and Molnár 1995).
+        time_gap: what people keep to who walks straight ahead of them [s].
+        hold_back: most that they give up for it [m/s^2]; 0 keeps no gap.
     """
 
     interaction: Interaction = "circular"
-    repulsion: float = 2.5
+    repulsion: float = 2.0
     repulsion_range: float = 0.35
     anisotropy: float = 0.3
     wall_repulsion: float = 2.0
@@ -76,6 +83,8 @@ class SocialForce:
     anticipation: float = 2.0
     whim: float = 0.1
     max_speed_ratio: float = 1.3
+    time_gap: float = 0.9
+    hold_back: float = 1.5
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -90,8 +99,10 @@ class SocialForce:
         for name, value in self._numbers().items():
             if not (np.isfinite(value) and value >= 0):
                 raise ValueError(f"{name}: expected a finite value >= 0, found {value}")
-        if min(self.repulsion_range, self.wall_range, self.interaction_range) == 0:
-            raise ValueError("repulsion_range, wall_range, interaction_range: expected > 0")
+        if 0 in (self.repulsion_range, self.wall_range, self.interaction_range, self.time_gap):
+            raise ValueError(
+                "repulsion_range, wall_range, interaction_range, time_gap: expected > 0"
+            )
         if self.anisotropy > 1:
             raise ValueError(f"anisotropy: expected 0 to 1, found {self.anisotropy}")
 
@@ -111,13 +122,18 @@ ELLIPTICAL: Final = SocialForce(
     repulsion_range=3.22,
     anisotropy=0.06,
     anticipation=0.5,
+    hold_back=0.0,
 )
 """Johansson, Helbing and Shukla 2007, fitted to videos (table 1, "elliptical II": A 0.04 ± 0.01
 m/s^2 of points, which is 0.034 of bodies that touch 0.5 m apart, B 3.22 ± 0.67 m, lambda 0.06 ±
 0.04). So weak a law keeps nobody apart who meets head on: contacts do."""
 
 MOUSSAID_2009: Final = SocialForce(
-    interaction="moussaid_2009", repulsion=4.5, repulsion_range=0.35, anisotropy=1.0
+    interaction="moussaid_2009",
+    repulsion=4.5,
+    repulsion_range=0.35,
+    anisotropy=1.0,
+    hold_back=0.0,
 )
 """Moussaïd et al. 2009, fitted to experiments with two people (A 4.5 ± 0.3 m/s^2, gamma 0.35 ±
 0.01 m; and n 2.0 ± 0.1, n' 3.0 ± 0.7, lambda 2.0 ± 0.2 of `crowdsim.interactions`)."""
@@ -173,8 +189,9 @@ def accelerations(
         model: parameters, as `SocialForce.record` gives them.
     """
     nearest = nearest_walls(bodies, wall_grid, wall_origin, wall_cell)
+    pairs = near_pairs(bodies, present, model[0].interaction_range)
     total = people_repulsion(
-        bodies, present, radius, direction, notices_robot, nearest, screens, model
+        pairs, bodies, radius, direction, notices_robot, nearest, screens, model
     )
     whim = model[0].whim / math.sqrt(dt)
     for i in range(len(desired_speed)):
@@ -185,13 +202,16 @@ def accelerations(
                 desired_speed[i], direction[i, axis], bodies[i, 2 + axis], relaxation_time[i]
             )
             total[i, axis] += drive + wall * away[axis] + whim * noise[i, axis]
+    gap, most = model[0].time_gap, model[0].hold_back
+    if most > 0:
+        follow(pairs, bodies, radius, direction, relaxation_time, gap, most, total)
     return total
 
 
 @njit(cache=True, error_model="numpy")
 def people_repulsion(
+    pairs: IntArray,
     bodies: FloatArray,
-    present: BoolArray,
     radius: FloatArray,
     direction: FloatArray,
     notices_robot: BoolArray,
@@ -199,12 +219,11 @@ def people_repulsion(
     screens: Screens,
     model: RecordArray,
 ) -> FloatArray:
-    """Repulsion `(M, 2)` [m/s^2] of each present body by the others within range and sight.
+    """Repulsion `(M, 2)` [m/s^2] within pairs `(P, 2)` of bodies, as far as they see each other.
 
     Between the robot and who does not notice it there is none, either way. `nearest (M, 3)` is
     what `nearest_walls` gives.
     """
-    pairs = near_pairs(bodies, present, model[0].interaction_range)
     pushes = pair_repulsions(pairs, bodies, radius, model)
     _forget_unaware(pairs, notices_robot, pushes)
     _forget_hidden(pairs, bodies, nearest, screens, pushes)

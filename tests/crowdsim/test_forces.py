@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crowdsim.cell_list import near_pairs
 from crowdsim.distance_field import DistanceField
 from crowdsim.forces import (
     ELLIPTICAL,
@@ -51,8 +52,9 @@ def people(bodies, radius, direction, model, walls=NO_WALLS):
     all_notice = np.ones(len(bodies) - 1, dtype=bool)
     *field, screens = walls
     nearest = nearest_walls(bodies, *field)
+    pairs = near_pairs(bodies, everybody(bodies), model.interaction_range)
     return people_repulsion(
-        bodies, everybody(bodies), radius, direction, all_notice, nearest, screens, model.record()
+        pairs, bodies, radius, direction, all_notice, nearest, screens, model.record()
     )
 
 
@@ -159,7 +161,8 @@ def test_absent_people_neither_feel_nor_are_felt():
     present[3] = False
     model = SocialForce()
     nearest = nearest_walls(bodies, *NO_WALLS[:3])
-    arguments = bodies, present, radius, direction, present, nearest
+    pairs = near_pairs(bodies, present, model.interaction_range)
+    arguments = pairs, bodies, radius, direction, present, nearest
     force = people_repulsion(*arguments, NO_WALLS[3], model.record())
     rest = np.delete(np.arange(10), 3)
     np.testing.assert_allclose(
@@ -212,7 +215,8 @@ class TestAwareness:
     direction = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 0.0]])
 
     def forces(self, *notices):
-        crowd = self.bodies, everybody(self.bodies), self.radius, self.direction
+        pairs = near_pairs(self.bodies, everybody(self.bodies), 4.0)
+        crowd = pairs, self.bodies, self.radius, self.direction
         nearest = nearest_walls(self.bodies, *NO_WALLS[:3])
         arguments = np.array(notices), nearest, NO_WALLS[3], SocialForce().record()
         return people_repulsion(*crowd, *arguments)

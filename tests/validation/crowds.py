@@ -1,7 +1,7 @@
 """Placing crowds in simple buildings, running them, and handing their tracks to PedPy."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -116,11 +116,18 @@ def scenario(seed, position, waypoints, *, walls=None, surfaces=(), **drawn):
     return Scenario(
         name="validation",
         map=Map(bounds=(*low, *high), walls=walls, surfaces=surfaces),
-        pedestrians=crowd,
+        pedestrians=replace(crowd, radius=fitting(crowd.radius, crowd.position)),
         robot_start=(*FAR, 0.0),
         robot_goal=FAR,
         **changes,
     )
+
+
+def fitting(radius, place, *, overlap=0.04, least=0.1):
+    """Radii `(N,)` [m], smaller where people stand closer than that, but for some overlap."""
+    apart = np.linalg.norm(place[:, None] - place, axis=-1)
+    np.fill_diagonal(apart, np.inf)
+    return np.minimum(radius, np.maximum((apart.min(axis=1) + overlap) / 2, least))
 
 
 def walk(
