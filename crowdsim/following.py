@@ -71,9 +71,9 @@ def allowed_speeds(
     """Give the least `allowed_speed` `(N,)` [m/s] behind anybody who walks the same way.
 
     Two walk the same way if the angle between their wanted directions is below a right one; who
-    wants to stand is not followed but repelled. Where ways meet, as before a door, two may have each
-    other ahead: then the one follows who has the other farther ahead, else both wait. `facing (N, 2)` holds unit vectors, or 0; the other
-    arguments are those of `follow`.
+    wants to stand is not followed but repelled. Where ways meet, as before a door, each of two may
+    have the other ahead: then only the one follows who has the other farther ahead, else both would
+    wait. `facing (N, 2)` holds unit vectors, or 0; the other arguments are those of `follow`.
     """
     people = len(facing)
     least = np.full(people, np.inf)
