@@ -6,11 +6,11 @@ numbers for each array, and `windows.json`, written last, that says their shapes
 
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any, BinaryIO, Final
 
 import numpy as np
@@ -54,15 +54,18 @@ def _digest(recordings: list[Recording], config: NetworkConfig, stride: int) -> 
 
 def _write(place: Path, parts: Iterable[Tracks], nobody: str) -> None:
     """Write the arrays part by part into a folder beside `place`, which then becomes it."""
-    temporary = place.with_name(f".{place.name}.{os.getpid()}")
-    temporary.mkdir(parents=True, exist_ok=True)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    temporary = Path(mkdtemp(prefix=f".{place.name}.", dir=place.parent))
     try:
         description = _append(temporary, parts)
         if not description:
             raise ValueError(nobody)
         write_atomic(temporary / DESCRIPTION, json.dumps(description, indent=1).encode() + b"\n")
+        temporary.replace(place)
+    except OSError:
+        # another run may have been first; its windows are the same
         if not (place / DESCRIPTION).is_file():
-            temporary.replace(place)
+            raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 

@@ -1,16 +1,19 @@
 """Windows on the disk are the windows in memory."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hand_made_crowds import walkers
 
 from crowdsim.recordings import Recording
+from predictor import window_cache
 from predictor.config import ModelConfig
 from predictor.window_cache import cached_windows
-from predictor.windows import extract_windows
+from predictor.windows import Tracks, cut, extract_windows
 
 CONFIG = ModelConfig(variant="patch")
 
@@ -50,6 +53,20 @@ def test_cut_once_for_the_same_crowd_and_anew_for_another(
         count = len(list(tmp_path.iterdir()))
         cached_windows(tmp_path, others, config, stride=stride)
         assert len(list(tmp_path.iterdir())) == count + 1
+
+
+def test_another_run_may_cut_the_same_crowd_meanwhile(
+    crowds: list[Recording], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow_cut(*arguments: Any) -> Iterator[Tracks]:
+        monkeypatch.setattr(window_cache, "cut", cut)
+        cached_windows(tmp_path, crowds, CONFIG)
+        yield from cut(*arguments)
+
+    monkeypatch.setattr(window_cache, "cut", slow_cut)
+    found = cached_windows(tmp_path, crowds, CONFIG)
+    assert len(found) == len(extract_windows(crowds, CONFIG))
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_nothing_is_left_where_nobody_stays(tmp_path: Path) -> None:
