@@ -38,7 +38,7 @@ class ScenarioChoice:
     """A scenario to evaluate in.
 
     Attributes:
-        scenario: Name in `crowdsim.scenarios.SCENARIOS`.
+        scenario: Name in `crowdsim.scenarios.SCENARIOS`, or a scenario file.
         parameters: Its keywords.
         settings: Further keywords of `CrowdNavConfig` that hold in this scenario.
         title: Name in tables; "" takes the scenario's.
@@ -51,8 +51,8 @@ class ScenarioChoice:
 
     @property
     def name(self) -> str:
-        """Name in tables."""
-        return self.title if self.title else self.scenario
+        """Name in tables; a scenario file goes by its name without folder and ending."""
+        return self.title if self.title else Path(self.scenario).stem
 
 
 @dataclass(frozen=True, kw_only=True)

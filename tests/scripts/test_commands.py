@@ -60,6 +60,24 @@ def test_the_same_crowds_are_not_generated_twice_into_a_folder(
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
+def test_a_data_set_is_resumed_with_the_same_options_only(
+    crowdnav: Crowdnav, tmp_path: Path
+) -> None:
+    generate = ["generate", "--scenario", "circular_crossing", "--seconds", 12, "--hours", 0.003]
+    generate += ["--model", "orca", "--out", tmp_path, "--resume"]
+    for _ in range(2):
+        assert crowdnav(*generate).status == 0
+    assert "model was" in crowdnav(*generate, "--model", "social_force").err
+
+
+def test_a_scenario_file_is_evaluated_by_its_name(crowdnav: Crowdnav, tmp_path: Path) -> None:
+    file = Path(__file__).parents[2] / "docs" / "plaza.yaml"
+    arguments = ["--policies", "straight", "--forecasters", "none", "--seeds", 1]
+    found = crowdnav("evaluate", "--scenarios", file, *arguments, "--out", tmp_path)
+    assert found.status == 0, found.err
+    assert json.loads((tmp_path / "summary.json").read_text())["scenarios"].keys() == {"plaza"}
+
+
 @pytest.mark.parametrize("suffix", [".png", ".webm"])
 def test_render_draws_an_episode(crowdnav: Crowdnav, tmp_path: Path, suffix: str) -> None:
     file = tmp_path / f"episode{suffix}"

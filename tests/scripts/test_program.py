@@ -68,6 +68,12 @@ def test_command_line_wins_over_the_configuration_file(crowdnav: Crowdnav, tmp_p
     assert (options["seed"], options["workers"]) == (7, 3)
 
 
+@pytest.mark.parametrize("flag", ["--resume", "--resume true", "--resume=yes"])
+def test_what_is_true_or_false_is_set_by_its_name(flag: str, crowdnav: Crowdnav) -> None:
+    options = crowdnav("generate", *flag.split(), "--seed", 3, "--print_config").out
+    assert (yaml.safe_load(options)["resume"], yaml.safe_load(options)["seed"]) == (True, 3)
+
+
 BAD_INPUTS = [  # {} stands for a folder with the files of `bad_folder`; then a part of the answer
     ("", "demo"),
     ("simulate", "simulate"),
@@ -77,6 +83,9 @@ BAD_INPUTS = [  # {} stands for a folder with the files of `bad_folder`; then a 
     ("generate --workers -1", "-1"),
     ("generate --hours inf --out {}/new", "inf"),
     ("generate --scenario moon --out {}/new", "moon"),
+    ("generate --scenario {}/unknown.yaml --out {}/new", "unknown.yaml"),
+    ("generate --model teleport --out {}/new", "teleport"),
+    ("generate --resume perhaps --out {}/new", "perhaps"),
     ("convert {}/nowhere.txt {}/new", "nowhere"),
     ("convert {}/file {}/new", "neither results"),
     ("convert {}/empty {}/new", "empty"),
