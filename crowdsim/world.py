@@ -152,7 +152,8 @@ class World:
             noise = self._rng.standard_normal((self._count, 2))
             acceleration = self._crowd.accelerations(*self._felt, noise)
             accelerate(self._bodies, acceleration, self._crowd.max_speed, self.physics_dt)
-        self._take(self._solid.step(self._bodies, self._present))
+        if not self._solid.coast(self._bodies, self._present):
+            self._take(self._solid.solve(self._bodies))
         self.step_count += 1
         if isinstance(guide, Routes):
             guide.advance(self.step_count, self._bodies, self._radius, self._present, self._ids)
@@ -199,12 +200,12 @@ class World:
     @property
     def positions(self) -> FloatArray:
         """Of the pedestrians `(N, 2)` [m]; far away where not `valid`."""
-        return self._bodies[: self._count, :2].copy()
+        return self._people[0].copy()
 
     @property
     def velocities(self) -> FloatArray:
         """Of the pedestrians `(N, 2)` [m/s]; 0 where not `valid`."""
-        return self._bodies[: self._count, 2:].copy()
+        return self._people[1].copy()
 
     @property
     def valid(self) -> BoolArray:
@@ -280,7 +281,7 @@ class World:
         self._solid = Bodies(
             radius=radius,
             mass=mass,
-            kinematic=np.arange(len(bodies)) < self._dynamic_from,
+            dynamic_from=self._dynamic_from,
             world_map=self.scenario.map,
             dt=self.physics_dt,
         )
@@ -300,6 +301,8 @@ class World:
         )
 
     def _look_at_rows(self) -> None:
+        people = self._bodies[: self._count]
+        self._people: tuple[FloatArray, FloatArray] = people[:, :2], people[:, 2:]
         # Forces look at these rows only.
         robot_is_felt = self._robot is not None and self._crowd.notices_robot.any()
         felt = slice(self._count + robot_is_felt)

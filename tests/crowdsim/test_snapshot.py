@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from crowdsim.behaviour import Behaviour
+from crowdsim.bodies import SKIN
 from crowdsim.forces import SocialForce
 from crowdsim.map import Map
 from crowdsim.pedestrians import Pedestrians
@@ -141,7 +142,7 @@ def test_a_packed_crowd_touches_all_the_time():
         running.step(COMMAND)
         apart = running.positions[:, None] - running.positions
         pairs = np.linalg.norm(apart, axis=-1)[np.triu_indices(len(running.ids), 1)]
-        touching.append((pairs < 0.5).sum())
+        touching.append((pairs < 0.5 + 2 * SKIN).sum())
     assert np.mean(touching) > 10
 
 
