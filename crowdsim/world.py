@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.behaviour import Distractions
-from crowdsim.bodies import WALL_RADIUS, Bodies
+from crowdsim.bodies import SKIN, WALL_RADIUS, Bodies
 from crowdsim.contacts import keep_outside_walls, robot_clearances
 from crowdsim.forces import SocialForce
 from crowdsim.headed import HeadedSocialForce
@@ -31,8 +31,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-CONTACT_GAP = 0.005
-"""Surfaces this near count as touching [m]."""
+CONTACT_GAP = 2 * SKIN + 0.005
+"""Surfaces this near count as touching: their skins have met, give or take a rebound [m]."""
 
 DEFAULT_SOCIAL_FORCE = SocialForce()
 DEFAULT_HEADED_SOCIAL_FORCE = HeadedSocialForce()
