@@ -139,6 +139,19 @@ MOUSSAID_2009: Final = SocialForce(
 0.01 m; and n 2.0 ± 0.1, n' 3.0 ± 0.7, lambda 2.0 ± 0.2 of `crowdsim.interactions`)."""
 
 
+ETH_UCY: Final = SocialForce(
+    repulsion=0.16,
+    repulsion_range=0.26,
+    anisotropy=0.24,
+    anticipation=3.7,
+    whim=0.03,
+    hold_back=1.7,
+)
+"""Fitted to how people in ETH/UCY's crowds_zara02 and students003 walk, speed up, bend and keep
+apart over 4.8 s (tests/validation/fit.py; docs/validation.md has what comes out on other scenes).
+Made for open ground: so weak a repulsion lets dense crowds walk too fast."""
+
+
 @njit(cache=True, error_model="numpy")
 def goal_drive(
     desired_speed: float, direction: float, velocity: float, relaxation_time: float
