@@ -22,10 +22,11 @@ from crowdsim.scenarios.circular import (
 )
 from crowdsim.scenarios.corridor import narrow_hallway, parallel_traffic
 from crowdsim.scenarios.crowds import crowd_navigation
-from crowdsim.scenarios.described import ENTRANCES, Description, Flow, PlaceChoice
+from crowdsim.scenarios.described import Description, Flow
 from crowdsim.scenarios.junctions import intersection, t_intersection
 from crowdsim.scenarios.open_ground import group_crossing, perpendicular_traffic, random_crossing
 from crowdsim.scenarios.placement import parties
+from crowdsim.scenarios.regions import ENTRANCES, PlaceChoice
 from crowdsim.scenarios.rooms import bottleneck, entering_room, exiting_room
 from crowdsim.scenarios.station import STATIONS, station_hall
 from crowdsim.scenarios.urban import LAYOUTS, STREETS, urban_crossing

@@ -8,7 +8,6 @@ import dataclasses
 import functools
 import hashlib
 import inspect
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -26,15 +25,17 @@ from crowdsim.maps.shapes import box
 from crowdsim.maps.vector import SURFACES
 from crowdsim.motion import draw_models
 from crowdsim.scenario import ON_ARRIVAL, Scenario
-from crowdsim.scenarios.described import (
-    ENTRANCES,
-    MOST_PEOPLE,
-    STOPS,
-    Description,
-    Flow,
-    PlaceChoice,
-    Region,
+from crowdsim.scenarios.described import MOST_PEOPLE, Description, Flow
+from crowdsim.scenarios.file_values import (
+    is_number,
+    items,
+    number,
+    numbers,
+    refuse_unknown,
+    section,
+    whole_numbers,
 )
+from crowdsim.scenarios.regions import ENTRANCES, STOPS, PlaceChoice, Region
 from crowdsim.surfaces import Surface
 
 Generator = Callable[..., Scenario]
@@ -77,7 +78,7 @@ def read_scenario_file(path: Path | str, named: Mapping[str, Generator]) -> Gene
     if name not in named:
         raise ValueError(f"{path}: scenario: expected one of {', '.join(named)}, found {name!r}")
     known = parameter_names(named[name])
-    _refuse_unknown(f"{path}: parameters", parameters, known)
+    refuse_unknown(f"{path}: parameters", parameters, known)
     return functools.partial(named[name], **parameters)
 
 
@@ -112,18 +113,18 @@ def _parse(path: Path, text: str) -> Description | Named:
         raise ValueError(f"{path}: expected YAML, found {error}") from error
     where = str(path)
     if isinstance(content, Mapping) and "scenario" in content:
-        keys = _section(where, content, ("scenario",), ("parameters",))
+        keys = section(where, content, ("scenario",), ("parameters",))
         parameters = keys.get("parameters", {})
         if not isinstance(parameters, Mapping):
             raise ValueError(f"{where}: parameters: expected keys and values, found {parameters!r}")
         return str(keys["scenario"]), dict(parameters)
-    return _description(path, _section(where, content, DESCRIBED, OPTIONS))
+    return _description(path, section(where, content, DESCRIBED, OPTIONS))
 
 
 def _description(path: Path, keys: Mapping[str, Any]) -> Description:
     where = str(path)
-    robot = _section(f"{where}: robot", keys["robot"], ("start", "goal"), ())
-    people = _list(f"{where}: people", keys["people"])
+    robot = section(f"{where}: robot", keys["robot"], ("start", "goal"), ())
+    people = items(f"{where}: people", keys["people"])
     if not people:
         raise ValueError(f"{where}: people: expected at least one flow, found none")
     return Description(
@@ -134,7 +135,7 @@ def _description(path: Path, keys: Mapping[str, Any]) -> Description:
         robot_start=_region(f"{where}: robot.start", robot["start"], pose=True),
         robot_goal=_region(f"{where}: robot.goal", robot["goal"]),
         behaviour=_behaviour(f"{where}: behaviour", keys.get("behaviour")),
-        time_limit=_number(f"{where}: time_limit", keys.get("time_limit", 30.0)),
+        time_limit=number(f"{where}: time_limit", keys.get("time_limit", 30.0)),
     )
 
 
@@ -144,22 +145,22 @@ def _ground(path: Path, content: Any) -> Map | PlaceChoice:
     if isinstance(content, str):
         return read_map(path.parent / content)
     if isinstance(content, Mapping) and "place" in content:
-        keys = _section(where, content, ("place",), ("layout",))
+        keys = section(where, content, ("place",), ("layout",))
         if keys["place"] not in PLACES:
             known = ", ".join(PLACES)
             raise ValueError(f"{where}.place: expected one of {known}, found {keys['place']!r}")
-        layout = _counts(f"{where}.layout", keys.get("layout", 0), LAYOUTS - 1)
+        layout = whole_numbers(f"{where}.layout", keys.get("layout", 0), LAYOUTS - 1)
         return PlaceChoice(kind=keys["place"], layout=layout)
     return _inline_map(where, content)
 
 
 def _inline_map(where: str, content: Any) -> Map:
-    keys = _section(where, content, ("bounds",), ("background", "surfaces", "walls"))
+    keys = section(where, content, ("bounds",), ("background", "surfaces", "walls"))
     background = keys.get("background", "pavement")
     _require_surface(f"{where}.background", background)
-    surfaces = _list(f"{where}.surfaces", keys.get("surfaces", []))
-    walls = _list(f"{where}.walls", keys.get("walls", []))
-    x_min, y_min, x_max, y_max = _numbers(f"{where}.bounds", keys["bounds"], (4,))
+    surfaces = items(f"{where}.surfaces", keys.get("surfaces", []))
+    walls = items(f"{where}.walls", keys.get("walls", []))
+    x_min, y_min, x_max, y_max = numbers(f"{where}.bounds", keys["bounds"], (4,))
     parts = tuple(_surface(f"{where}.surfaces[{i}]", part) for i, part in enumerate(surfaces))
     lines = [_points(f"{where}.walls[{i}]", line, 2) for i, line in enumerate(walls)]
     segments = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]
@@ -180,8 +181,8 @@ def _surface(where: str, content: Any) -> tuple[Surface, NDArray[np.float64]]:
         raise ValueError(f"{where}: expected one surface and its corners, found {content!r}")
     ((name, corners),) = content.items()
     _require_surface(where, name)
-    if isinstance(corners, Sequence) and len(corners) == 4 and _is_number(corners[0]):
-        return SURFACES[name], box(*_numbers(f"{where}.{name}", corners, (4,)))
+    if isinstance(corners, Sequence) and len(corners) == 4 and is_number(corners[0]):
+        return SURFACES[name], box(*numbers(f"{where}.{name}", corners, (4,)))
     return SURFACES[name], _points(f"{where}.{name}", corners, 3)
 
 
@@ -192,16 +193,16 @@ def _require_surface(where: str, name: Any) -> None:
 
 def _points(where: str, content: Any, least: int) -> NDArray[np.float64]:
     """Points (P, 2)."""
-    points = _list(where, content)
+    points = items(where, content)
     if len(points) < least:
         raise ValueError(f"{where}: expected at least {least} points, found {len(points)}")
-    return np.array([_numbers(f"{where}[{i}]", point, (2,)) for i, point in enumerate(points)])
+    return np.array([numbers(f"{where}[{i}]", point, (2,)) for i, point in enumerate(points)])
 
 
 def _flow(where: str, content: Any) -> Flow:
-    keys = _section(where, content, ("count", "start", "goal"), PEOPLE)
-    via = _list(f"{where}.via", keys.get("via", []))
-    groups = _number(f"{where}.groups", keys.get("groups", 0.0))
+    keys = section(where, content, ("count", "start", "goal"), PEOPLE)
+    via = items(f"{where}.via", keys.get("via", []))
+    groups = number(f"{where}.groups", keys.get("groups", 0.0))
     if not 0.0 <= groups <= 1.0:
         raise ValueError(f"{where}.groups: expected a share of 0 to 1, found {groups}")
     spread = keys.get("spread", False)
@@ -212,7 +213,7 @@ def _flow(where: str, content: Any) -> Flow:
         known = ", ".join(ON_ARRIVAL)
         raise ValueError(f"{where}.on_arrival: expected one of {known}, found {on_arrival!r}")
     return Flow(
-        count=_counts(f"{where}.count", keys["count"], MOST_PEOPLE),
+        count=whole_numbers(f"{where}.count", keys["count"], MOST_PEOPLE),
         start=_region(f"{where}.start", keys["start"]),
         via=tuple(_region(f"{where}.via[{i}]", region) for i, region in enumerate(via)),
         goal=_region(f"{where}.goal", keys["goal"]),
@@ -229,7 +230,7 @@ def _speed(where: str, content: Any) -> tuple[float, float] | None:
     if content is None:
         return None
     mean, deviation = (
-        (_number(where, content), 0.0) if _is_number(content) else _numbers(where, content, (2,))
+        (number(where, content), 0.0) if is_number(content) else numbers(where, content, (2,))
     )
     if mean < 0.0 or deviation < 0.0:
         raise ValueError(f"{where}: expected at least 0 m/s, found {content}")
@@ -249,74 +250,18 @@ def _behaviour(where: str, content: Any) -> Behaviour | None:
     if content is None:
         return None
     known = [column.name for column in dataclasses.fields(Behaviour)]
-    numbers = {
-        key: _number(f"{where}.{key}", value)
-        for key, value in _section(where, content, (), known).items()
+    settings = {
+        key: number(f"{where}.{key}", value)
+        for key, value in section(where, content, (), known).items()
     }
-    return Behaviour(**numbers)
+    return Behaviour(**settings)
 
 
 def _region(where: str, content: Any, *, pose: bool = False) -> Region:
     """A point, a box, a word for parts of a place, and where a `pose` may stand, one."""
     if content in (ENTRANCES, STOPS):
         return str(content)
-    region = _numbers(where, content, (2, 3, 4) if pose else (2, 4))
+    region = numbers(where, content, (2, 3, 4) if pose else (2, 4))
     if len(region) == 4 and not (region[0] <= region[2] and region[1] <= region[3]):
         raise ValueError(f"{where}: expected [x_min, y_min, x_max, y_max], found {content}")
     return region
-
-
-def _section(
-    where: str, content: Any, required: Sequence[str], optional: Sequence[str]
-) -> dict[str, Any]:
-    """Keys and values of a part of the file, all required ones there and no unknown ones."""
-    if not isinstance(content, Mapping):
-        raise ValueError(f"{where}: expected keys {', '.join(required)}, found {content!r}")
-    _refuse_unknown(where, content, (*required, *optional))
-    missing = [key for key in required if key not in content]
-    if missing:
-        raise ValueError(f"{where}: expected the key {missing[0]!r}, found only {list(content)}")
-    return dict(content)
-
-
-def _refuse_unknown(where: str, content: Mapping[str, Any], known: Sequence[str]) -> None:
-    unknown = [key for key in content if key not in known]
-    if unknown:
-        raise ValueError(f"{where}: expected keys among {', '.join(known)}, found {unknown[0]!r}")
-
-
-def _counts(where: str, content: Any, most: int) -> tuple[int, int]:
-    """The least and the greatest of a whole number, from one or from both of them."""
-    pair = content if isinstance(content, list) and len(content) == 2 else [content, content]
-    if not all(isinstance(value, int) and not isinstance(value, bool) for value in pair):
-        raise ValueError(
-            f"{where}: expected a whole number or [least, greatest], found {content!r}"
-        )
-    low, high = pair
-    if not 0 <= low <= high <= most:
-        raise ValueError(f"{where}: expected 0 <= least <= greatest <= {most}, found {content}")
-    return low, high
-
-
-def _numbers(where: str, content: Any, lengths: Sequence[int]) -> tuple[float, ...]:
-    numbers = _list(where, content)
-    if len(numbers) not in lengths:
-        known = " or ".join(map(str, lengths))
-        raise ValueError(f"{where}: expected {known} numbers, found {content}")
-    return tuple(_number(where, value) for value in numbers)
-
-
-def _number(where: str, content: Any) -> float:
-    if not _is_number(content) or not math.isfinite(content):
-        raise ValueError(f"{where}: expected a number, found {content!r}")
-    return float(content)
-
-
-def _is_number(content: Any) -> bool:
-    return isinstance(content, int | float) and not isinstance(content, bool)
-
-
-def _list(where: str, content: Any) -> list[Any]:
-    if not isinstance(content, list):
-        raise ValueError(f"{where}: expected a list, found {content!r}")
-    return content
