@@ -46,7 +46,7 @@ CELL = 1.5
 CELLS_PER_BODY = 4
 """Size of its table."""
 
-SPARSE = 300
+SPARSE = 150
 """In larger crowds somebody always touches somebody: nobody looks whether nobody does."""
 
 _FIELDS = pymunk.batch.BodyFields.POSITION | pymunk.batch.BodyFields.VELOCITY
