@@ -151,6 +151,7 @@ CASES = (
         low=1.2,
         high=2.0,
         measure=flow.largest_specific_flow,
+        miss="the gap that people keep is a little long for this; in this experiment it was 1.0",
     ),
     Case(
         name="Single file up to 1.8 /m",
@@ -172,6 +173,7 @@ CASES = (
         low=0.41,
         high=0.88,
         measure=counterflow.counterflow_speed,
+        miss="in one seed the streams hinder each other a hundredth of a metre per second too much",
     ),
     Case(
         name="Faster is slower, door of 1 m",

@@ -59,13 +59,18 @@ def starts(scene, every, grouped=True):
     """Starts every so many rows of a scene, at least two people each, in their groups or alone."""
     crowd, world_map = recording(scene), eth_ucy_map(None, scene)
     group = groups_of(scene, crowd.ids) if grouped else np.full(len(crowd.ids), ALONE)
+    walked = crowd.positions[crowd.valid]
+    spot = walked[world_map.walkable(walked)][0]
     rows = range(1, len(crowd.positions) - ROWS, every)
     seen = [(row, np.flatnonzero(crowd.valid[row - 1 : row + 2].all(axis=0))) for row in rows]
-    return [start_at(crowd, world_map, group, row, who) for row, who in seen if len(who) > 1]
+    return [start_at(crowd, world_map, spot, group, row, who) for row, who in seen if len(who) > 1]
 
 
-def start_at(crowd, world_map, group, row, who):
-    """The `Start` of people `who (N,)` at a row, members of a group side by side."""
+def start_at(crowd, world_map, spot, group, row, who):
+    """The `Start` of people `who (N,)` at a row, members of a group in consecutive rows.
+
+    A scenario wants a place for a robot, though no world of these has one: the walkable `spot`.
+    """
     who = who[np.argsort(group[who], kind="stable")]
     place = crowd.positions[row, who]
     last = len(crowd.valid) - 1 - crowd.valid[::-1, who].argmax(axis=0)
@@ -86,8 +91,8 @@ def start_at(crowd, world_map, group, row, who):
         name="resimulation",
         map=world_map,
         pedestrians=replace(people, velocity=velocity, radius=radius),
-        robot_start=(*place[0], 0.0),  # no world of these has a robot
-        robot_goal=tuple(place[0]),
+        robot_start=(*spot, 0.0),
+        robot_goal=tuple(spot),
         on_arrival="leave",
     )
     later = slice(row, row + ROWS + 1)
