@@ -53,9 +53,15 @@ class Recorder:
         percept: Percept,
         rewards: dict[str, NDArray[np.float64]],
     ) -> None:
-        """Adds a row to the episodes of `rows` (R,); `visible` (W, N), the rest has R in front."""
+        """Adds a row to the episodes of `rows` (R,); `visible` (W, N), the rest has R in front.
+
+        Raises:
+            RuntimeError: An episode has ended, and its world was stepped before its reset.
+        """
         for place, world in enumerate(rows):
-            episode = self._episodes[int(world)]
+            episode = self._episodes.get(int(world))
+            if episode is None:
+                raise RuntimeError(f"world {world}: expected a reset after the episode's end")
             people = len(episode.scenario.pedestrians)
             row = _state(worlds, int(world), people) | _perceived(percept, place)
             episode.rows.append(row | {"visible": visible[world, :people].copy()})

@@ -244,6 +244,17 @@ def test_a_trace_tells_the_whole_episode(scene):
     assert_allclose(trace.forecast[0, 0], np.tile(trace.position[0, 0], (12, 1)))
 
 
+def test_a_recorded_episode_does_not_go_on_after_its_end():
+    env = CrowdNav(record=True, time_limit=0.4)
+    env.reset(seed=0)
+    env.step(np.zeros(2))
+    assert env.step(np.zeros(2))[3]
+    with pytest.raises(RuntimeError, match="reset after the episode's end"):
+        env.step(np.zeros(2))
+    env.reset()
+    env.step(np.zeros(2))
+
+
 @pytest.mark.parametrize("name", ["circular_crossing", "parallel_traffic", "narrow_doorway"])
 def test_the_twin_lives_the_same_life_until_the_robot_comes_near(name):
     env = make(name, record=True, robot_visible=False, time_limit=6.0)
