@@ -245,7 +245,7 @@ def test_a_trace_tells_the_whole_episode(scene):
 
 
 def test_a_recorded_episode_does_not_go_on_after_its_end():
-    env = CrowdNav(record=True, time_limit=0.4)
+    env = make(record=True, time_limit=0.4).unwrapped
     env.reset(seed=0)
     env.step(np.zeros(2))
     assert env.step(np.zeros(2))[3]
