@@ -116,7 +116,8 @@ def allowed_speed(
     if ahead <= 0 or aside >= contact:
         return math.inf
     free = max(0.0, ahead - math.sqrt(contact * contact - aside * aside))
-    return free / (time_gap * (1 - aside / contact) ** NARROWNESS)
+    gap: float = time_gap * (1 - aside / contact) ** NARROWNESS
+    return free / gap
 
 
 @njit(cache=True, error_model="numpy")
