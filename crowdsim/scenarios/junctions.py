@@ -72,7 +72,7 @@ def intersection(
 def t_intersection(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 12,
+    pedestrians: int = 9,
     width: float = 4.0,
     turn: str | None = None,
     groups: float = 0.0,
@@ -108,8 +108,8 @@ def t_intersection(
 def blind_corner(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 4,
-    width: float = 2.5,
+    pedestrians: int = 3,
+    width: float = 3.0,
     turn: str | None = None,
     model: ModelChoice = "social_force",
 ) -> Scenario:

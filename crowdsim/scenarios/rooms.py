@@ -42,8 +42,8 @@ BEHIND: Final = 4.0
 def entering_room(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 8,
-    door_width: float = 1.3,
+    pedestrians: int = 7,
+    door_width: float = 1.5,
     room_length: float = 7.0,
     room_width: float = 7.0,
     passing: float = 0.3,
@@ -74,8 +74,8 @@ def entering_room(
 def exiting_room(
     rng: np.random.Generator,
     *,
-    pedestrians: int = 8,
-    door_width: float = 1.3,
+    pedestrians: int = 7,
+    door_width: float = 1.5,
     room_length: float = 7.0,
     room_width: float = 7.0,
     passing: float = 0.3,
