@@ -33,7 +33,7 @@ class Scenario:
         entrances: (N, 2) where each person enters [m]; None means at the start. People
             start somewhere on the way from there to their first waypoint.
         entry_times: (N,) time at which each person enters, or as soon after it as there is room
-            [s]; 0 is there from the start. None means all are (see `draw_entry_times`).
+            [s]; 0 is there from the start. None means all are.
         behaviour: What people do besides walking; None means nothing.
         robot_start: Robot's x, y [m] and heading [rad].
         robot_goal: Robot's goal x, y [m].
