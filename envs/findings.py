@@ -33,7 +33,8 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
                 )
                 if pooled:
                     sentences.append(_by_scenario(arm, other, scenarios))
-    return sentences + _forecast_sentences(group) + _dose_sentences(summary.get("dose_response", {}))
+    sentences += _forecast_sentences(group)
+    return sentences + _dose_sentences(summary.get("dose_response", {}))
 
 
 def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
