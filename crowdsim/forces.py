@@ -149,7 +149,7 @@ ETH_UCY: Final = SocialForce(
 )
 """Fitted to how people in ETH/UCY's crowds_zara02 and students003 walk, speed up, bend and keep
 apart over 4.8 s (tests/validation/fit.py; docs/validation.md has what comes out on other scenes).
-Made for open ground: so weak a repulsion lets dense crowds walk too fast."""
+Made for open ground: doors let too few people through."""
 
 
 @njit(cache=True, error_model="numpy")

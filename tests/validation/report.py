@@ -31,7 +31,8 @@ HEAD = """# Validation against pedestrian dynamics
 The simulator with its default social force, against the RiMEA test cases and against measured
 crowds (`shared/data/pedestrian_dynamics`, experiments of the Jülich and Wuppertal groups and of the
 authors named there). Densities, speeds and flows are measured with
-[PedPy](https://pedpy.readthedocs.io). This page is written by
+[PedPy](https://pedpy.readthedocs.io). This page is written, in some five minutes of one processor
+core, by
 
 ```
 make validation        # or: python tests/validation/report.py
