@@ -10,7 +10,7 @@ import os
 import signal
 import threading
 from collections.abc import Generator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -192,7 +192,7 @@ Task = tuple[Plan, Path, int]
 
 
 def _run(tasks: Sequence[Task], workers: int) -> Generator[Entry]:
-    """Do the tasks, in this process or in some others; an interrupt ends them at once."""
+    """Do the tasks, in this process or in others, in any order; an interrupt ends all at once."""
     if workers == 1 or len(tasks) < 2:
         yield from map(_make_shard, tasks)
         return
@@ -201,9 +201,11 @@ def _run(tasks: Sequence[Task], workers: int) -> Generator[Entry]:
     size = min(workers, len(tasks))
     with ProcessPoolExecutor(size, mp_context=context, initializer=_start_worker) as pool:
         try:
-            yield from pool.map(_make_shard, tasks)
+            futures = [pool.submit(_make_shard, task) for task in tasks]
+            for future in as_completed(futures):
+                yield future.result()
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            # Nothing is cancelled: a pool whose workers end trips over cancelled tasks.
             for worker in set(multiprocessing.active_children()) - strangers:
                 worker.terminate()
             raise
