@@ -29,8 +29,8 @@ def demo(
 ) -> None:
     """Evaluate robot policies with and without forecasts, in simulated crowds and a real one.
 
-    Straight to the goal, and a sampling planner that is shown no forecasts, constant velocity, or
-    the bundled predictor's. Writes `report.html`, `episodes.parquet`, `summary.json`,
+    Straight to the goal, ORCA, and a sampling planner that is shown no forecasts, constant
+    velocity, the bundled predictor's, or what is going to happen (the oracle). Writes `report.html`, `episodes.parquet`, `summary.json`,
     `episode.webm` and `episode.png`.
 
     Args:
@@ -77,9 +77,9 @@ def arms() -> tuple["Arm", ...]:
     """What is compared."""
     from envs.comparison import Arm
 
-    forecasters = ("none", "constant_velocity", "iterative_attention")
+    forecasters = ("none", "constant_velocity", "iterative_attention", "oracle")
     planned = (Arm(policy="mppi", forecaster=forecaster) for forecaster in forecasters)
-    return Arm(policy="straight"), *planned
+    return Arm(policy="straight"), Arm(policy="orca"), *planned
 
 
 def scenarios(data: Path | None) -> tuple["ScenarioChoice", ...]:
