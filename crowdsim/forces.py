@@ -84,7 +84,7 @@ class SocialForce:
     whim: float = 0.1
     max_speed_ratio: float = 1.3
     time_gap: float = 0.9
-    hold_back: float = 1.5
+    hold_back: float = 1.3
 
     def __post_init__(self) -> None:
         """Check the ranges.

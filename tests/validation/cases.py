@@ -12,6 +12,10 @@ import walks
 INF = float("inf")
 
 
+FIRST_SEED = 100
+"""Parameters were chosen on smaller seeds; what is reported is none of those."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """One value of the simulator and the band that literature or measurements give it.
@@ -22,7 +26,7 @@ class Case:
         low: least value that passes.
         high: greatest.
         measure: seed -> value.
-        seeds: how many are run: 0, 1, ...
+        seeds: how many are run, from `FIRST_SEED` on.
         needed: how many of them have to lie in the band; None is all.
         miss: why the case is known to miss its band; empty if it holds.
     """
@@ -44,7 +48,7 @@ class Case:
     @cached_property
     def values(self) -> list[float]:
         """The value for each seed."""
-        return [self.measure(seed) for seed in range(self.seeds)]
+        return [self.measure(seed) for seed in range(FIRST_SEED, FIRST_SEED + self.seeds)]
 
     def hits(self) -> int:
         """How many seeds lie in the band."""
@@ -151,7 +155,6 @@ CASES = (
         low=1.2,
         high=2.0,
         measure=flow.largest_specific_flow,
-        miss="the gap that people keep is a little long for this; in this experiment it was 1.0",
     ),
     Case(
         name="Single file up to 1.8 /m",
@@ -173,7 +176,7 @@ CASES = (
         low=0.41,
         high=0.88,
         measure=counterflow.counterflow_speed,
-        miss="in one seed 0.006 m/s below the slowest measured",
+        miss="in one seed 0.03 m/s below the slowest measured",
     ),
     Case(
         name="Faster is slower, door of 1 m",

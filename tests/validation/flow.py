@@ -147,7 +147,7 @@ def bottleneck(seed, width, people=100, seconds=120.0):
     line = pedpy.MeasurementLine([(0.5, -y), (0.5, y)])
     _, crossings = pedpy.compute_n_t(traj_data=tracks.pedpy(), measurement_line=line)
     passed = np.sort(crossings.frame.to_numpy()) * tracks.dt
-    left = people - len(passed)
+    left = int((tracks.positions[-1][:, 0] < 0.5).sum())
     if len(passed) < 20:
         return 0.0, left
     # The first few come before the jam, the last few after it.
