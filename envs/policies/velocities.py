@@ -2,63 +2,86 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.config import CrowdNavConfig
 from envs.observation import ROBOT_INDEX
-from envs.policies.policy import Observation
+from envs.policies.policy import Observation, Policy
 from envs.policies.robot_motion import STEERING_GAIN, Limits
+from envs.policies.scenes import robot_limits
 
 Floats = NDArray[np.float64]
 
+_VELOCITY = [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["velocity_y"]]
+_WAYPOINT = [ROBOT_INDEX["waypoint_x"], ROBOT_INDEX["waypoint_y"]]
+
 
 class Surroundings(NamedTuple):
-    """What W robots have around them, robot frame, SI units.
+    """What one robot has around it, robot frame, SI units.
 
     Attributes:
-        velocity: (W, 2) of the robots.
-        wanted: (W, 2) velocity towards the waypoint, at full speed.
-        position: (W, K, 2) of people.
-        people_velocity: (W, K, 2), over the last frame; 0 for who has been seen only once.
-        radius: (W, K).
-        valid: (W, K).
-        walls: (W, R, 2) where the lidar rays end.
-        wall_valid: (W, R), whether a wall is there.
+        velocity: (2,) of the robot.
+        wanted: (2,) velocity towards the waypoint, at full speed.
+        people: (K, 2) positions.
+        people_velocity: (K, 2), over the last frame; 0 for who has been seen only once.
+        contact: (K,) sums of the radii of robot and person.
+        walls: (P, 2) where lidar rays hit walls.
     """
 
     velocity: Floats
     wanted: Floats
-    position: Floats
+    people: Floats
     people_velocity: Floats
-    radius: Floats
-    valid: NDArray[np.bool_]
+    contact: Floats
     walls: Floats
-    wall_valid: NDArray[np.bool_]
 
 
-def look_around(observation: Observation, frame_dt: float, sensor_range: float) -> Surroundings:
-    """Reads W observations."""
-    robot = np.asarray(observation["robot"], np.float64)
-    history = np.asarray(observation["history"], np.float64)
-    seen = np.asarray(observation["history_valid"]) > 0.5
-    step = history[:, :, -1] - history[:, :, -2] if history.shape[2] > 1 else 0.0 * history[:, :, 0]
-    twice = np.all(seen[:, :, -2:], axis=-1, keepdims=True)
-    waypoint = robot[:, [ROBOT_INDEX["waypoint_x"], ROBOT_INDEX["waypoint_y"]]]
-    far = np.maximum(np.sqrt((waypoint**2).sum(axis=1, keepdims=True)), 1e-6)
-    ranges = np.asarray(observation["lidar"], np.float64)
-    angles = 2.0 * np.pi * np.arange(ranges.shape[1]) / ranges.shape[1]
-    return Surroundings(
-        velocity=robot[:, [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["velocity_y"]]],
-        wanted=waypoint / far * robot[:, ROBOT_INDEX["max_speed"], None],
-        position=history[:, :, -1],
-        people_velocity=np.where(twice, step / frame_dt, 0.0),
-        radius=np.asarray(observation["neighbors_radius"], np.float64),
-        valid=np.asarray(observation["neighbors_valid"]) > 0.5,
-        walls=ranges[..., None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1),
-        wall_valid=ranges < sensor_range,
-    )
+class VelocityPolicy(Policy):
+    """A policy that chooses a velocity from where people are and how they move now."""
+
+    def __init__(self, config: CrowdNavConfig) -> None:
+        self._limits = robot_limits(config)
+        self._frame_dt = config.frame_dt
+        self._sensor_range = config.sensor_range
+
+    def act_batch(self, observation: Observation) -> NDArray[np.float32]:
+        """Returns actions (W, 2) that bring the robots to what `velocity` chooses."""
+        chosen = [self.velocity(around) for around in self._look_around(observation)]
+        return velocity_actions(np.array(chosen), self._limits)
+
+    @abstractmethod
+    def velocity(self, around: Surroundings) -> tuple[float, float]:
+        """Chooses the velocity (x, y) of one robot in its own frame [m/s]."""
+
+    def _look_around(self, observation: Observation) -> Iterator[Surroundings]:
+        """Yields the surroundings of each of W observations."""
+        robot = np.asarray(observation["robot"], np.float64)
+        history = np.asarray(observation["history"], np.float64)
+        seen = np.asarray(observation["history_valid"]) > 0.5
+        # Of a history of one frame, the last frame and the one before are the same.
+        twice = np.all(seen[:, :, -2:], axis=-1, keepdims=True)
+        step = np.where(twice, history[:, :, -1] - history[:, :, -2:][:, :, 0], 0.0)
+        contact = np.asarray(observation["neighbors_radius"], np.float64) + self._limits.radius
+        valid = np.asarray(observation["neighbors_valid"]) > 0.5
+        ranges = np.asarray(observation["lidar"], np.float64)
+        angles = 2.0 * np.pi * np.arange(ranges.shape[1]) / ranges.shape[1]
+        rays = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+        for world, fields in enumerate(robot):
+            there, hit = valid[world], ranges[world] < self._sensor_range
+            waypoint = fields[_WAYPOINT]
+            yield Surroundings(
+                velocity=fields[_VELOCITY],
+                wanted=waypoint * (self._limits.speed / max(np.hypot(*waypoint), 1e-6)),
+                people=history[world, there, -1],
+                people_velocity=step[world, there] / self._frame_dt,
+                contact=contact[world, there],
+                walls=ranges[world, hit, None] * rays[hit],
+            )
 
 
 def velocity_actions(velocity: Floats, limits: Limits) -> NDArray[np.float32]:
