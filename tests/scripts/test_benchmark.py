@@ -143,8 +143,12 @@ def test_start_parts_the_time_of_a_first_step() -> None:
 
 
 def test_memory_is_that_of_a_process_of_its_own() -> None:
+    (before,) = answer_of("scripts.benchmarks.memory", 1, 0).values()
+    ballast = np.ones(2**27)  # 1 GiB in this process is none of the child's
     (mib,) = answer_of("scripts.benchmarks.memory", 1, 0).values()
-    assert 50 < mib < 5000
+    assert ballast.all()
+    assert 50 < mib < 900
+    assert mib == pytest.approx(before, rel=0.1)
 
 
 def test_a_child_that_fails_says_why() -> None:
