@@ -30,8 +30,8 @@ def demo(
     """Evaluate robot policies with and without forecasts, in simulated crowds and a real one.
 
     Straight to the goal, ORCA, and a sampling planner that is shown no forecasts, constant
-    velocity, the bundled predictor's, or what is going to happen (the oracle). Writes `report.html`, `episodes.parquet`, `summary.json`,
-    `episode.webm` and `episode.png`.
+    velocity, the bundled predictor's, or what is going to happen (the oracle). Writes
+    `report.html`, `episodes.parquet`, `summary.json`, `episode.webm` and `episode.png`.
 
     Args:
         data: Folder with the ETH/UCY data; else $CROWDNAV_DATA and ../shared/data are tried, and
