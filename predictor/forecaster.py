@@ -14,6 +14,10 @@ BUNDLED_WEIGHTS = Path(__file__).parent / "weights" / "iterative_attention.safet
 """Weights trained on synthetic crowds; the JSON beside them says how."""
 
 
+NO_MAP = "@no_map"
+"""Ending of the name of a network that is to be shown no picture."""
+
+
 class Forecaster(Protocol):
     """Turns observed tracks into one future path for each person.
 
@@ -88,7 +92,8 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
     Args:
         spec: `none`, `constant_velocity`, `iterative_attention` (the bundled weights), or the path
             of a checkpoint of any of `predictor.networks.NETWORKS` (its `.safetensors` file, or a
-            folder with `best.safetensors`).
+            folder with `best.safetensors`). A network's name or path may end in `@no_map`: it is
+            then shown no picture, whatever there is.
         horizon: How far to forecast [s]; a multiple of 0.4 s.
 
     Returns:
@@ -103,8 +108,9 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
         return None
     if spec == "constant_velocity":
         return ConstantVelocityForecaster(forecast_steps=forecast_steps)
-    path = BUNDLED_WEIGHTS if spec == "iterative_attention" else Path(spec)
-    if spec != "iterative_attention" and not path.exists():
+    name = spec.removesuffix(NO_MAP)
+    path = BUNDLED_WEIGHTS if name == "iterative_attention" else Path(name)
+    if name != "iterative_attention" and not path.exists():
         raise ValueError(
             "forecaster must be 'none', 'constant_velocity', 'iterative_attention' or the path "
             f"of a checkpoint, got {spec!r}"
@@ -112,4 +118,5 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
     # torch is imported only by who needs a network
     from predictor.network_forecaster import NetworkForecaster
 
-    return NetworkForecaster.from_checkpoint(path, forecast_steps=forecast_steps)
+    sees_map = name == spec
+    return NetworkForecaster.from_checkpoint(path, forecast_steps=forecast_steps, sees_map=sees_map)

@@ -36,6 +36,7 @@ class NetworkForecaster:
         forecast_steps: Frames to forecast; None for those the network was trained for.
         radius: (F,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
             for the frames that it was trained for; None where nobody measured it.
+        sees_map: Whether it is shown the pictures that it is given.
 
     Attributes:
         radius: That of the frames that are forecast; None beyond those it was trained for.
@@ -47,8 +48,10 @@ class NetworkForecaster:
         *,
         forecast_steps: int | None = None,
         radius: NDArray[np.float64] | None = None,
+        sees_map: bool = True,
     ) -> None:
         self.network = network.eval()
+        self._sees_map = sees_map
         self.name = name_of(network.config)
         self.frame_dt = network.config.frame_dt
         self.history_steps = network.config.history_steps
@@ -59,11 +62,13 @@ class NetworkForecaster:
         self.radius = None if radius is None or rolled else radius[: self.forecast_steps]
 
     @classmethod
-    def from_checkpoint(cls, path: Path, *, forecast_steps: int | None = None) -> Self:
+    def from_checkpoint(
+        cls, path: Path, *, forecast_steps: int | None = None, sees_map: bool = True
+    ) -> Self:
         """Load a checkpoint; raises as `predictor.checkpoint.load_checkpoint` does."""
         network, about = load_checkpoint(path)
         radius = radius_of(about, network.config.forecast_steps)
-        return cls(network, forecast_steps=forecast_steps, radius=radius)
+        return cls(network, forecast_steps=forecast_steps, radius=radius, sees_map=sees_map)
 
     def forecast(
         self,
@@ -93,6 +98,8 @@ class NetworkForecaster:
                 f"got {len(images)} and {len(homographies)}"
             )
         asked = valid[:, -1] if select is None else select & valid[:, -1]
+        if not self._sees_map:
+            images = [None] * count
         return self._roll(history, valid, asked, images, homographies)
 
     def _roll(

@@ -26,7 +26,8 @@ def evaluate_predictor(
     Args:
         forecaster: The columns of the table, separated by commas: `constant_velocity`,
             `iterative_attention` (the bundled weights), or the folder of a checkpoint, where
-            `{fold}` and `{seed}` stand for each fold and each seed.
+            `{fold}` and `{seed}` stand for each fold and each seed; with `@no_map` behind it a
+            network is shown no picture.
         data: `eth_ucy` or a folder with that data (its five folds), `FOLDER:FOLD` (one of them),
             `sdd` or a folder with that data (in pixels), or one written by `crowdnav generate`.
         min_ped: Only windows with more agents than this count in the printed table; the JSON file

@@ -44,3 +44,16 @@ def test_they_stay_at_walking_speed_when_rolled_on() -> None:
     path = forecaster.forecast(scene.history, scene.valid, crowd.map_image, crowd.pixel_from_world)
     speed = np.linalg.norm(np.diff(path, axis=0), axis=-1) / 0.4
     assert speed.max() < 4.0
+
+
+def test_no_map_is_as_if_there_were_no_picture() -> None:
+    seeing, blind = (make_forecaster(f"iterative_attention{end}") for end in ("", "@no_map"))
+    assert seeing is not None
+    assert blind is not None
+    crowd = walkers(np.random.default_rng(0), people=12)
+    scene = next(scenes(crowd, history_steps=8, forecast_steps=12))
+    crowd_seen = scene.history, scene.valid
+    picture = crowd.map_image, crowd.pixel_from_world
+    unseen = seeing.forecast(*crowd_seen)
+    np.testing.assert_array_equal(blind.forecast(*crowd_seen, *picture), unseen)
+    assert not np.array_equal(seeing.forecast(*crowd_seen, *picture), unseen)
