@@ -38,8 +38,8 @@ core, by
 make validation        # or: python tests/validation/report.py
 ```
 
-and the same cases are tests: `python -m pytest tests/validation --override-ini=addopts=`. Seeds are 100 and up, 5 for
-each case (lanes 10); parameters were chosen on smaller ones.
+and the same cases are tests: `python -m pytest tests/validation --override-ini=addopts=`. Seeds are
+100 and up, 5 for each case (lanes 10); parameters were chosen on smaller ones.
 
 | case | value | band | seeds | verdict |
 |---|---|---|---|---|
