@@ -137,7 +137,7 @@ def test_bodies_hardly_overlap_at_three_per_square_metre(steps, scene):
         "%d steps: %.1f pairs touch, overlap of these: 99th percentile %.1f cm, largest %.1f cm",
         steps, len(overlap) / len(overlaps), 100 * high, 100 * most,
     )  # fmt: skip
-    assert len(overlap) > 200
+    assert len(overlap) > 100  # else nobody was pushed, and nothing was measured
     assert high < 0.05
     assert most < 0.10
 
