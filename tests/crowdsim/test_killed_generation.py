@@ -14,7 +14,7 @@ from crowdsim.generate import generate_dataset
 from crowdsim.unfinished import PLAN
 
 ROOT = Path(__file__).parents[2]
-SHARDS = 8
+SHARDS = 30  # enough that they are not all there before anybody can interrupt
 OPTIONS = {
     "scenarios": ["circular_crossing", "parallel_traffic"],
     "hours": SHARDS * 8 * 20.0 / 3600.0,

@@ -21,7 +21,9 @@ RUN = """
 import os, signal, sys
 from dataclasses import replace
 from pathlib import Path
+import torch
 from torch.optim.optimizer import register_optimizer_step_post_hook
+torch.set_num_threads(1)  # as in the other processes of these tests: sums depend on it
 sys.path.insert(0, "tests/predictor")
 from test_resuming import run
 
