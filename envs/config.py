@@ -42,7 +42,8 @@ class CrowdNavConfig:
         frame_dt: Time between the frames of histories and forecasts [s]; a whole number of
             `policy_dt`.
         history_steps: Number of frames in a history; the last one is now.
-        history_kept: How many of them the robot remembers; the older ones are not valid.
+        history_kept: How many of them the robot remembers, the older ones are not valid; `None` is
+            all.
         max_speed: Robot's speed limit [m/s].
         max_angular_speed: Unicycle's turning limit [rad/s]; the holonomic robot does not turn.
         max_acceleration: Limit on the change of the robot's velocity [m/s^2].
@@ -86,7 +87,7 @@ class CrowdNavConfig:
     policy_dt: float = 0.2
     frame_dt: float = 0.4
     history_steps: int = 8
-    history_kept: int = 8
+    history_kept: int | None = None
     max_speed: float = 1.2
     max_angular_speed: float = 1.5
     max_acceleration: float = 2.5
@@ -120,8 +121,10 @@ class CrowdNavConfig:
             _check_positive(name, getattr(self, name))
         if self.time_limit is not None:
             _check_positive("time_limit", self.time_limit)
-        for name in ("pedestrians_observed", "lidar_rays", "history_steps", "history_kept"):
+        for name in ("pedestrians_observed", "lidar_rays", "history_steps"):
             _check_count(name, getattr(self, name))
+        if self.history_kept is not None:
+            _check_count("history_kept", self.history_kept)
         for name in _WEIGHTS:
             if not math.isfinite(getattr(self, name)):
                 raise ValueError(f"{name} must be finite, got {getattr(self, name)!r}")

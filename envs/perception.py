@@ -105,7 +105,8 @@ class Perception:
             self._distance[rows], self.visible[rows], crowd.ids[rows], config.pedestrians_observed
         )
         history, valid = self._people.history(rows)
-        valid[:, : -config.history_kept] = False
+        if config.history_kept is not None:
+            valid[:, : -config.history_kept] = False
         own = observed.take(history, axis=2)
         own_valid = observed.take(valid, axis=2) & observed.valid[:, None]
         forecast, seconds = self._forecast(rows, worlds, observed, history, valid, pictures)

@@ -34,6 +34,12 @@ def test_unknown_keyword_lists_the_known_ones():
         ({"goal_weight": float("inf")}, "goal_weight must be finite"),
         ({"robot_awareness": 1.5}, "robot_awareness must be in 0..1"),
         ({"robot_visible": "yes"}, "robot_visible must be true or false"),
+        ({"missed_detections": -0.1}, "missed_detections must be in 0..1"),
+        ({"position_noise": float("nan")}, "position_noise must be at least 0"),
+        ({"track_memory": -1.0}, "track_memory must be at least 0"),
+        ({"field_of_view": 7.0}, "field_of_view must be at most 2 pi"),
+        ({"history_kept": 0}, "history_kept must be a positive whole number"),
+        ({"crowd_speed": 0.0}, "crowd_speed must be a positive number"),
     ],
 )
 def test_bad_values_are_refused_by_name(keywords, message):

@@ -100,6 +100,11 @@ def test_a_lost_track_begins_anew():
     assert valid[present][:, 0].mean() == pytest.approx(0.04, abs=0.04)
 
 
+def test_a_long_history_is_kept_unless_told_otherwise():
+    _, observations = run((3,), 30, history_steps=12, forecaster="none")
+    assert observed(observations, "history_valid")[-1].all(axis=-1).any()
+
+
 def tracked(detections, **keywords):
     """Tracks (T, 2), and whether they go on (T,), of one person after each detection or None."""
     tracks = TrackFilter(1, **({"dt": 0.2, "noise": 0.0, "memory": 0.6} | keywords))
