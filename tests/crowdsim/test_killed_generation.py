@@ -14,7 +14,7 @@ from crowdsim.generate import generate_dataset
 from crowdsim.unfinished import PLAN
 
 ROOT = Path(__file__).parents[2]
-SHARDS = 30  # enough that they are not all there before anybody can interrupt
+SHARDS = 16  # enough that they are not all there before anybody can interrupt
 OPTIONS = {
     "scenarios": ["circular_crossing", "parallel_traffic"],
     "hours": SHARDS * 8 * 20.0 / 3600.0,
@@ -39,6 +39,8 @@ def start(folder: Path) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        # A shell's background jobs ignore interrupts, and so would all that they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
 
 
