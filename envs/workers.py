@@ -5,6 +5,7 @@ one torch thread, since several workers with several threads each slow one anoth
 """
 
 import multiprocessing
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from multiprocessing.sharedctypes import Synchronized
@@ -38,12 +39,13 @@ def run_tasks(
         progress: Called now and then with the number of finished parts of all tasks.
 
     Raises:
-        Exception: Whatever a task raises; the tasks that have not begun are given up.
+        BaseException: Whatever a task raises, or an interrupt; all workers end at once.
     """
     if workers == 1:
         return _run_here(work, tasks, progress)
     context = multiprocessing.get_context("spawn")
     counter = context.Value("q", 0)
+    strangers = set(multiprocessing.active_children())
     with ProcessPoolExecutor(
         min(workers, len(tasks)), mp_context=context, initializer=_start, initargs=(counter,)
     ) as pool:
@@ -52,7 +54,9 @@ def run_tasks(
             _watch(futures, counter, progress)
             return [future.result() for future in futures]
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            # Nothing is cancelled: a pool whose workers end trips over cancelled tasks.
+            for worker in set(multiprocessing.active_children()) - strangers:
+                worker.terminate()
             raise
 
 
@@ -87,8 +91,9 @@ def _watch(
 
 
 def _start(counter: "Synchronized[int]") -> None:
-    """Prepares a worker."""
+    """Prepares a worker; the parent answers to interrupts."""
     global _counter
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _counter = counter
     torch.set_num_threads(1)
 
