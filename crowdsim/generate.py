@@ -5,12 +5,8 @@ every recording is drawn from the plan and its own number alone.
 """
 
 import math
-import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Generator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +25,7 @@ from crowdsim.scenarios import SCENARIOS, find_scenario, make_scenario
 from crowdsim.scenarios.mixed import MIXED, draw_mixed
 from crowdsim.scenarios.scenario_file import digest, is_scenario_file
 from crowdsim.unfinished import Entry, claim, finish, standing, write_entry
+from crowdsim.worker_pool import worker_pool
 
 PER_SHARD: Final = 8
 """Recordings per file; a constant, so that the files do not depend on the workers."""
@@ -196,33 +193,10 @@ def _run(tasks: Sequence[Task], workers: int) -> Generator[Entry]:
     if workers == 1 or len(tasks) < 2:
         yield from map(_make_shard, tasks)
         return
-    context = multiprocessing.get_context("spawn")
-    strangers = set(multiprocessing.active_children())
-    size = min(workers, len(tasks))
-    with ProcessPoolExecutor(size, mp_context=context, initializer=_start_worker) as pool:
-        try:
-            futures = [pool.submit(_make_shard, task) for task in tasks]
-            for future in as_completed(futures):
-                yield future.result()
-        except BaseException:
-            # Nothing is cancelled: a pool whose workers end trips over cancelled tasks.
-            for worker in set(multiprocessing.active_children()) - strangers:
-                worker.terminate()
-            raise
-
-
-def _start_worker() -> None:
-    """One thread; the parent answers to interrupts; and nobody works on when it is gone."""
-    cv2.setNumThreads(1)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    with worker_pool(min(workers, len(tasks)), cv2.setNumThreads, 1) as pool:
+        futures = [pool.submit(_make_shard, task) for task in tasks]
+        for future in as_completed(futures):
+            yield future.result()
 
 
 def _make_shard(task: Task) -> Entry:

@@ -1,17 +1,17 @@
 """Runs tasks in worker processes and counts what they finish.
 
-Workers are spawned, not forked: a fork after torch has used its threads can deadlock. Each takes
-one torch thread, since several workers with several threads each slow one another down.
+Each takes one torch thread, since several workers with several threads each slow one another down.
 """
 
 import multiprocessing
-import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from multiprocessing.sharedctypes import Synchronized
 from typing import TypeVar
 
 import torch
+
+from crowdsim.worker_pool import worker_pool
 
 TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")
@@ -43,21 +43,11 @@ def run_tasks(
     """
     if workers == 1:
         return _run_here(work, tasks, progress)
-    context = multiprocessing.get_context("spawn")
-    counter = context.Value("q", 0)
-    strangers = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(
-        min(workers, len(tasks)), mp_context=context, initializer=_start, initargs=(counter,)
-    ) as pool:
+    counter = multiprocessing.get_context("spawn").Value("q", 0)
+    with worker_pool(min(workers, len(tasks)), _start, counter) as pool:
         futures = [pool.submit(_run_counted, work, task) for task in tasks]
-        try:
-            _watch(futures, counter, progress)
-            return [future.result() for future in futures]
-        except BaseException:
-            # Nothing is cancelled: a pool whose workers end trips over cancelled tasks.
-            for worker in set(multiprocessing.active_children()) - strangers:
-                worker.terminate()
-            raise
+        _watch(futures, counter, progress)
+        return [future.result() for future in futures]
 
 
 def _run_here(
@@ -91,9 +81,8 @@ def _watch(
 
 
 def _start(counter: "Synchronized[int]") -> None:
-    """Prepares a worker; the parent answers to interrupts."""
+    """Prepares a worker."""
     global _counter
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _counter = counter
     torch.set_num_threads(1)
 
