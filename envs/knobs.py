@@ -38,14 +38,15 @@ def turned(choice: ScenarioChoice, name: str, value: Setting) -> ScenarioChoice:
     if name not in KNOBS:
         raise ValueError(f"knob must be one of {', '.join(KNOBS)}, got {name!r}")
     scenario = KNOBS[name].turn(choice, value)
-    return _replaced(scenario, title=f"{name}={value:g}" if _number(value) else f"{name}={value}")
+    return _replaced(scenario, title=f"{name}={value:g}" if is_number(value) else f"{name}={value}")
 
 
 def _replaced(choice: ScenarioChoice, **changes: Any) -> ScenarioChoice:
     return ScenarioChoice(**{**vars(choice), **changes})
 
 
-def _number(value: Setting) -> bool:
+def is_number(value: Setting) -> bool:
+    """Whether a value has a place on an axis; yes, no and names have none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -18,7 +18,7 @@ from envs.episode_rows import Row, rows_as_parquet
 from envs.evaluation import Progress, evaluate
 from envs.findings import number, share
 from envs.finished_tasks import FinishedTasks
-from envs.knobs import KNOBS, Setting, turned
+from envs.knobs import KNOBS, Setting, is_number, turned
 from envs.metric_table import METRICS, aggregate_name
 from envs.report.plots import ARM_COLORS
 
@@ -165,7 +165,7 @@ def stress_figure(table: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=(10.5, 6.2), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     values = [point["value"] for point in next(iter(table["curves"].values()))]
-    numeric = all(isinstance(each, int | float) and not isinstance(each, bool) for each in values)
+    numeric = all(is_number(each) for each in values)
     places = values if numeric else list(range(len(values)))
     for axes, key in zip(panels, SHOWN, strict=True):
         factor, unit = (100.0, "%") if METRICS[key].kind == "share" else (1.0, METRICS[key].unit)

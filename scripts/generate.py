@@ -4,6 +4,7 @@ from pathlib import Path
 
 from jsonargparse.typing import NonNegativeInt, PositiveInt
 
+from scripts.interruption import resumable
 from scripts.options import Names, PositiveNumber
 from scripts.output import require_folder
 
@@ -39,7 +40,8 @@ def generate(
     require_folder(out)
     from crowdsim.generate import generate_dataset
 
-    try:
+    hint = f"what stands in {out} is kept; resume with the same options and --resume"
+    with resumable(hint):
         found = generate_dataset(
             out,
             scenarios=scenario,
@@ -50,9 +52,6 @@ def generate(
             workers=workers,
             resume=resume,
         )
-    except KeyboardInterrupt as interrupt:
-        hint = f"what stands in {out} is kept; resume with the same options and --resume"
-        raise KeyboardInterrupt(hint) from interrupt
     print(
         f"{found['recordings']} recordings with {found['tracks']} tracks and {found['rows']} "
         f"positions, mean speed {found['mean_speed']:.2f} m/s"

@@ -10,6 +10,19 @@ if TYPE_CHECKING:
 
 
 @contextmanager
+def resumable(hint: str = "interrupted; the same command with --resume goes on") -> Iterator[None]:
+    """Tell who interrupts what is done inside how to go on.
+
+    Raises:
+        KeyboardInterrupt: Again, with the hint.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(hint) from None
+
+
+@contextmanager
 def kept_tasks(out: Path, resume: bool) -> Iterator["FinishedTasks"]:
     """Yield the finished tasks of an evaluation in `out`; they go when it comes to its end.
 
@@ -25,8 +38,6 @@ def kept_tasks(out: Path, resume: bool) -> Iterator["FinishedTasks"]:
     finished = FinishedTasks(out / "finished-tasks")
     if not resume:
         finished.forget()
-    try:
+    with resumable():
         yield finished
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt("interrupted; the same command with --resume goes on") from None
     finished.forget()

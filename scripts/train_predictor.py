@@ -6,6 +6,7 @@ from pathlib import Path
 from jsonargparse.typing import NonNegativeInt, PositiveInt
 
 from predictor.config import ConfigName, Device, ModelName, Variant
+from scripts.interruption import resumable
 from scripts.output import require_folder
 
 
@@ -55,7 +56,7 @@ def train_predictor(
     words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
     words += [] if patience is None else ["--patience", str(patience)]
-    try:
+    with resumable():
         found = train(
             data=data,
             out=out,
@@ -67,8 +68,6 @@ def train_predictor(
             tensorboard=tensorboard,
             command=shlex.join(words),
         )
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt("interrupted; the same command with --resume goes on") from None
     mine, baseline = found.validation, found.constant_velocity
     print(
         f"Epoch {found.best_epoch} of {training.epochs} is best on validation: ADE/FDE "
