@@ -4,6 +4,7 @@ import hashlib
 import json
 import subprocess
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,7 @@ def _load_state(network: Network, state: dict[str, torch.Tensor], path: Path) ->
     network.load_state_dict(state)
 
 
+@cache
 def source_revision() -> str:
     """Git commit of this source tree, or `unknown` outside of a checkout."""
     try:
