@@ -1,6 +1,5 @@
 """Corridors that meet: a crossing, a tee, a corner that one cannot look around."""
 
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
@@ -61,12 +60,7 @@ def intersection(
     require_count("pedestrians", pedestrians, 0, 100)
     turn = _drawn(rng, turn, ("left", "straight", "right"))
     arms = tuple(DIRECTIONS)
-
-    def draw_way() -> FloatArray:
-        entry, exit_ = rng.choice(arms, 2, replace=False)
-        return way_between(entry, exit_)
-
-    return _junction(rng, "intersection", arms, turn, draw_way, pedestrians, width, groups, model)
+    return _junction(rng, "intersection", arms, turn, pedestrians, width, groups, model)
 
 
 def t_intersection(
@@ -97,12 +91,7 @@ def t_intersection(
     require_count("pedestrians", pedestrians, 0, 100)
     turn = _drawn(rng, turn, ("left", "right"))
     arms = ("south", "east", "west")
-
-    def draw_way() -> FloatArray:
-        entry, exit_ = rng.choice(arms, 2, replace=False)
-        return way_between(entry, exit_)
-
-    return _junction(rng, "t_intersection", arms, turn, draw_way, pedestrians, width, groups, model)
+    return _junction(rng, "t_intersection", arms, turn, pedestrians, width, groups, model)
 
 
 def blind_corner(
@@ -131,17 +120,16 @@ def blind_corner(
     require_count("pedestrians", pedestrians, 0, 60)
     require_range("width", width, 2.0, 6.0)
     turn = _drawn(rng, turn, ("left", "right"))
-    way = way_between(TURNS[turn], "south")
     return _junction(
         rng,
         "blind_corner",
         ("south", TURNS[turn]),
         turn,
-        lambda: way,
         pedestrians,
         width,
         0.0,
         model,
+        way=way_between(TURNS[turn], "south"),
         stretch=(0.0, 0.5),
     )
 
@@ -167,14 +155,25 @@ def _junction(
     name: str,
     arms: tuple[str, ...],
     turn: str,
-    draw_way: Callable[[], FloatArray],
     pedestrians: int,
     width: float,
     groups: float,
     model: ModelChoice,
+    *,
+    way: FloatArray | None = None,
     stretch: tuple[float, float] = (0.0, 0.8),
 ) -> Scenario:
-    """People on their ways between the arms; the robot comes from the south."""
+    """People on their ways; the robot comes from the south.
+
+    All walk the same `way`, or each from one arm to another.
+    """
+
+    def draw_way() -> FloatArray:
+        if way is not None:
+            return way
+        entry, exit_ = rng.choice(arms, 2, replace=False)
+        return way_between(entry, exit_)
+
     require_range("width", width, 2.0, 8.0)
     require_range("groups", groups, 0.0, 1.0, unit="(share)")
     task = ARM - RUN_UP
