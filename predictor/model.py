@@ -193,6 +193,19 @@ class IterativeAttention(nn.Module):
         Returns:
             (B, 2) goal, which is the last position, and (B, F, 2) path.
         """
+        latents = self.encode(history, history_valid, neighbors, neighbors_valid, crop, crop_valid)
+        return self.decode(latents, last_step, true_goal)
+
+    def encode(
+        self,
+        history: Tensor,
+        history_valid: Tensor,
+        neighbors: Tensor,
+        neighbors_valid: Tensor,
+        crop: Tensor | None = None,
+        crop_valid: Tensor | None = None,
+    ) -> Tensor:
+        """What the latents (B, L, C) read from histories and map; arguments as of `forward`."""
         streams = {
             "history": (self.pose_encoder(history), history_valid),
             "neighbors": (self.pose_encoder(neighbors), neighbors_valid.flatten(1)),
@@ -200,14 +213,15 @@ class IterativeAttention(nn.Module):
         if self.map_encoder is not None and crop is not None and crop_valid is not None:
             tokens = self.map_encoder(crop)
             streams["map"] = (tokens, crop_valid[:, None].expand(-1, tokens.shape[1]))
-        latents = self.latents.expand(len(history), -1, -1)  # (B, L, C)
+        latents: Tensor = self.latents.expand(len(history), -1, -1)  # (B, L, C)
         for encoder_block in self.encoder_blocks:
             latents = encoder_block(latents, streams)
-        return self._decode(latents, last_step, true_goal)
+        return latents
 
-    def _decode(
-        self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None
+    def decode(
+        self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None = None
     ) -> tuple[Tensor, Tensor]:
+        """Goal (B, 2) and path (B, F, 2) from latents (B, L, C); arguments as of `forward`."""
         config, b = self.config, len(latents)
         start = start_path(last_step, config)  # (B, F, 2)
         goal = self.goal_decoder(latents.flatten(1)) + start[:, -1]  # (B, 2)
