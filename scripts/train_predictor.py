@@ -7,6 +7,7 @@ from jsonargparse.typing import NonNegativeInt, PositiveInt
 
 from predictor.config import ConfigName, Device, ModelName, Variant
 from scripts.interruption import resumable
+from scripts.options import PositiveNumber
 from scripts.output import require_folder
 
 
@@ -15,6 +16,7 @@ def train_predictor(
     model: ModelName = "iterative_attention",
     variant: Variant = "none",
     config_name: ConfigName = "residual",
+    horizon: PositiveNumber | None = None,
     epochs: PositiveInt | None = None,
     patience: PositiveInt | None = None,
     out: Path = Path("runs/predictor"),
@@ -36,6 +38,8 @@ def train_predictor(
         model: The iterative-attention network or a baseline.
         variant: What the network sees of the map: nothing, or patches of the picture.
         config_name: Model and training of the paper, or corrections of constant velocity.
+        horizon: How far one pass of the network forecasts [s], instead of the configuration's own
+            4.8; a multiple of 0.4.
         epochs: Passes over the data, instead of the configuration's own number.
         patience: Stop after so many epochs that were no better on validation.
         out: Folder of the checkpoints.
@@ -48,13 +52,17 @@ def train_predictor(
     require_folder(out)
     from dataclasses import replace
 
+    from predictor.forecaster import steps_of
     from predictor.networks import configuration
     from predictor.train import train
 
     network, training = configuration(model, config_name, variant=variant, seed=seed, epochs=epochs)
+    if horizon is not None:
+        network = replace(network, forecast_steps=steps_of(horizon, network.frame_dt))
     training = replace(training, patience=patience)
     words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
+    words += [] if horizon is None else ["--horizon", str(horizon)]
     words += [] if patience is None else ["--patience", str(patience)]
     with resumable():
         found = train(
