@@ -16,6 +16,10 @@ from crowdsim.recordings.store import read_manifest
 
 Unit = Literal["m", "px"]
 
+DRAWN: Final = "@drawn"
+"""Ending of the name of real data: where people can walk is drawn in the palette of simulated maps
+and takes the place of the photographs."""
+
 VALIDATION_SHARE = 0.1
 """Share of the recordings of a folder that is kept for validation."""
 
@@ -31,18 +35,23 @@ def read_training(data: str) -> tuple[list[Recording], list[Recording]]:
         data: `eth_ucy:<fold>` or `<folder of the data>:<fold>` for the parts of that leave-one-out
             fold (cut in time by the standard files), `sdd` or the folder of that data (the
             videos `SDD_VALIDATION` validate), or a folder written by `crowdnav generate` (every
-            tenth recording, drawn once and for all, validates).
+            tenth recording, drawn once and for all, validates). Real data may end in `@drawn`.
 
     Raises:
         FileNotFoundError: The data is not there.
-        ValueError: Unknown fold, or a folder with fewer than two recordings.
+        ValueError: Unknown fold, a folder with fewer than two recordings, or simulated maps
+            that are to be drawn.
     """
-    root, fold = _split_fold(data)
+    place, drawn = _split_drawn(data)
+    root, fold = _split_fold(place)
     if fold is not None:
-        return eth_ucy_fold(root, fold, "train"), eth_ucy_fold(root, fold, "val")
-    if _is_sdd(data):
-        return _parted(sdd_part(_sdd_root(data), "train"), set(SDD_VALIDATION))
-    recordings = read_recordings(Path(data))
+        train, validation = (
+            eth_ucy_fold(root, fold, part, drawn=drawn) for part in ("train", "val")
+        )
+        return train, validation
+    if _is_sdd(place):
+        return _parted(sdd_part(_sdd_root(place), "train", drawn=drawn), set(SDD_VALIDATION))
+    recordings = _read_simulated(place, drawn)
     if len(recordings) < 2:
         raise ValueError(f"{data}: expected at least 2 recordings, found {len(recordings)}")
     count = max(1, round(VALIDATION_SHARE * len(recordings)))
@@ -60,8 +69,15 @@ def _parted(
     )
 
 
+def _read_simulated(place: str, drawn: bool) -> list[Recording]:
+    if drawn:
+        raise ValueError(f"{place}: expected real data before {DRAWN}, simulated maps are drawn")
+    return read_recordings(Path(place))
+
+
 def describe(data: str) -> dict[str, Any]:
     """How a folder of recordings was made, as its manifest says; empty for real data."""
+    data, _ = _split_drawn(data)
     if _split_fold(data)[1] is not None or _is_sdd(data):
         return {}
     metadata: dict[str, Any] = read_manifest(Path(data))["metadata"]
@@ -74,26 +90,28 @@ def read_tests(data: str) -> dict[str, list[Recording]]:
     Args:
         data: The ETH/UCY folder (its five folds), that folder with `:<fold>` (that fold only),
             `sdd` or the folder of that data (the standard test part), or a folder written by
-            `crowdnav generate` (one fold by its name).
+            `crowdnav generate` (one fold by its name). Real data may end in `@drawn`.
 
     Raises:
         FileNotFoundError: The data is not there.
-        ValueError: Unknown fold.
+        ValueError: Unknown fold, or simulated maps that are to be drawn.
     """
-    root, fold = _split_fold(data)
+    place, drawn = _split_drawn(data)
+    root, fold = _split_fold(place)
     if fold is not None:
-        return {fold: eth_ucy_fold(root, fold, "test")}
-    folder = Path(data)
+        return {fold: eth_ucy_fold(root, fold, "test", drawn=drawn)}
     names = fold_names(data)
     if names == ETH_UCY_FOLDS:
-        root = folder if _is_eth_ucy(folder) else None
-        return {name: eth_ucy_fold(root, name, "test") for name in names}
-    found = sdd_part(_sdd_root(data), "test") if _is_sdd(data) else read_recordings(folder)
-    return {names[0]: found}
+        root = Path(place) if _is_eth_ucy(Path(place)) else None
+        return {name: eth_ucy_fold(root, name, "test", drawn=drawn) for name in names}
+    if _is_sdd(place):
+        return {names[0]: sdd_part(_sdd_root(place), "test", drawn=drawn)}
+    return {names[0]: _read_simulated(place, drawn)}
 
 
 def fold_names(data: str) -> tuple[str, ...]:
     """The folds that `read_tests` reads; nothing is read for it."""
+    data, _ = _split_drawn(data)
     folder, fold = Path(data), _split_fold(data)[1]
     if fold is not None:
         return (fold,)
@@ -106,12 +124,12 @@ def fold_names(data: str) -> tuple[str, ...]:
 
 def unit_of(data: str) -> Unit:
     """What the errors on some tests are told in: pixels of the picture for SDD, else metres."""
-    return "px" if _is_sdd(data) else "m"
+    return "px" if _is_sdd(_split_drawn(data)[0]) else "m"
 
 
 def usual_min_ped(data: str) -> int:
     """What the literature asks of a window: ETH/UCY more than one agent, SDD nothing."""
-    return 0 if _is_sdd(data) else 1
+    return 0 if _is_sdd(_split_drawn(data)[0]) else 1
 
 
 def _is_eth_ucy(folder: Path) -> bool:
@@ -124,6 +142,11 @@ def _is_sdd(data: str) -> bool:
 
 def _sdd_root(data: str) -> Path | None:
     return None if data == "sdd" else Path(data)
+
+
+def _split_drawn(data: str) -> tuple[str, bool]:
+    """The name without its ending `@drawn`, and whether it had it."""
+    return data.removesuffix(DRAWN), data.endswith(DRAWN)
 
 
 def _split_fold(data: str) -> tuple[Path | None, str | None]:

@@ -5,7 +5,7 @@ the data README: `splits/` with the standard leave-one-out files, `scenes/` with
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings.data_folder import find_data, read_mask, read_rgb
+from crowdsim.recordings.drawn import drawn_picture, walkable_classes
 from crowdsim.recordings.eth_ucy_text import read_eth_ucy
 from crowdsim.recordings.recording import Picture, Recording
 
@@ -55,13 +56,16 @@ def read_scene(root: Path | str | None, scene: str) -> Recording:
     return read_eth_ucy(path, picture=scene_picture(folder, scene))
 
 
-def eth_ucy_fold(root: Path | str | None, fold: str, part: str) -> list[Recording]:
+def eth_ucy_fold(
+    root: Path | str | None, fold: str, part: str, *, drawn: bool = False
+) -> list[Recording]:
     """Recordings of one part of a leave-one-out fold, each with the picture that fits it.
 
     Args:
         root: As `find_data`.
         fold: One of `ETH_UCY_FOLDS`: the scene that is left out for the test.
         part: `train`, `val` or `test`.
+        drawn: Instead of the photograph, show where people can walk (`drawn_scene_picture`).
 
     Raises:
         FileNotFoundError: The data is not there.
@@ -74,14 +78,16 @@ def eth_ucy_fold(root: Path | str | None, fold: str, part: str) -> list[Recordin
         )
     folder = find_data(root)
     files = json.loads((folder / "splits" / "loo.json").read_text(encoding="utf-8"))[fold][part]
-    return list(_read_parts(folder, files))
+    return list(_read_parts(folder, files, drawn_scene_picture if drawn else scene_picture))
 
 
-def _read_parts(folder: Path, files: Iterable[str]) -> Iterable[Recording]:
+def _read_parts(
+    folder: Path, files: Iterable[str], picture: Callable[[Path, str], Picture | None]
+) -> Iterable[Recording]:
     for file in files:
         path = folder / "splits" / file
         scene = path.stem.removesuffix("_train").removesuffix("_val")
-        yield replace(read_eth_ucy(path), picture=scene_picture(folder, scene))
+        yield replace(read_eth_ucy(path), picture=picture(folder, scene))
 
 
 @lru_cache(maxsize=32)
@@ -105,6 +111,15 @@ def scene_picture(folder: Path, scene: str) -> Picture | None:
     world_from_pixel = np.loadtxt(scenes / scene / matrix)
     image = read_rgb(scenes / PICTURE_FOLDERS.get(scene, scene) / "background.png")
     return Picture(image, _inverse(world_from_pixel))
+
+
+@lru_cache(maxsize=32)
+def drawn_scene_picture(folder: Path, scene: str) -> Picture | None:
+    """As `scene_picture`, with pavement drawn where people can walk and buildings elsewhere."""
+    photograph, walkable = scene_picture(folder, scene), scene_walkable(folder, scene)
+    if photograph is None or walkable is None:
+        return None
+    return drawn_picture(photograph, walkable_classes(walkable))
 
 
 def scene_walkable(root: Path | str | None, scene: str) -> NDArray[np.bool_] | None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings.data_folder import find_sdd, read_mask, read_rgb
+from crowdsim.recordings.drawn import drawn_picture
 from crowdsim.recordings.recording import Picture, Recording
 from crowdsim.recordings.sdd_text import iter_sdd_snippets, read_sdd_boxes, scale_of
 
@@ -40,7 +41,7 @@ def read_sdd(root: Path | str | None, video: str) -> Recording:
     return replace(read_sdd_boxes(path, scale, name=video), picture=sdd_picture(folder, video))
 
 
-def sdd_part(root: Path | str | None, part: str) -> list[Recording]:
+def sdd_part(root: Path | str | None, part: str, *, drawn: bool = False) -> list[Recording]:
     """Recordings of the standard split, one per video, each with its picture. World metres.
 
     A person is a snippet of exactly 20 rows. Windows of 20 consecutive listed rows, stride 1,
@@ -50,21 +51,25 @@ def sdd_part(root: Path | str | None, part: str) -> list[Recording]:
     Args:
         root: As `find_sdd`.
         part: `train` or `test`. There is no official validation part: cut `train` by video.
+        drawn: Instead of the photographs, show the classes of the masks as simulated maps do.
 
     Raises:
         FileNotFoundError: The data is not there.
         ValueError: Unknown part, or a damaged file.
     """
-    return list(_iter_part(root, part))
+    return list(_iter_part(root, part, drawn))
 
 
-def _iter_part(root: Path | str | None, part: str) -> Iterator[Recording]:
+def _iter_part(root: Path | str | None, part: str, drawn: bool) -> Iterator[Recording]:
     if part not in get_args(SddPart):
         raise ValueError(f"part must be one of {', '.join(get_args(SddPart))}, got {part!r}")
     folder = find_sdd(root)
     path = folder / f"standard_{part}.csv.gz"
     for recording in iter_sdd_snippets(path, sdd_scales(folder)):
-        yield replace(recording, picture=sdd_picture(folder, recording.name))
+        picture = sdd_picture(folder, recording.name)
+        if drawn:
+            picture = drawn_picture(picture, sdd_mask(folder, recording.name))
+        yield replace(recording, picture=picture)
 
 
 def sdd_scales(root: Path | str | None) -> dict[str, float]:
