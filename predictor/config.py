@@ -90,6 +90,9 @@ class ModelConfig(NetworkConfig):
         dropout: Dropout rate in training.
         time_code: Size of the sinusoidal code of the time step; the rest of `width` is the pose.
         patch_px: Side of one patch in pixels; divides `crop_px`.
+        tokens: What a token of people is: `frame`, one position of one person (the paper), or
+            `track`, the whole history of a neighbor, while the own one is what the latents begin
+            with.
         path_rows: How the latent rows become a path: `mean` decodes each row and averages (the
             paper), `flatten` decodes all rows at once.
 
@@ -104,6 +107,7 @@ class ModelConfig(NetworkConfig):
     dropout: float = 0.1
     time_code: int = 16
     patch_px: int = 16
+    tokens: Literal["frame", "track"] = "frame"
     path_rows: Literal["mean", "flatten"] = "mean"
 
     def __post_init__(self) -> None:
@@ -111,6 +115,10 @@ class ModelConfig(NetworkConfig):
         _require(
             self.path_rows in ("mean", "flatten"),
             f"path_rows must be 'mean' or 'flatten', got {self.path_rows!r}",
+        )
+        _require(
+            self.tokens in ("frame", "track"),
+            f"tokens must be 'frame' or 'track', got {self.tokens!r}",
         )
         self.require_counts("latents", "blocks")
         _require(0.0 <= self.dropout < 1.0, f"dropout must be in [0, 1), got {self.dropout}")

@@ -94,7 +94,8 @@ class EncoderBlock(nn.Module):
 
 
 def _streams(config: ModelConfig) -> list[str]:
-    return ["history", "neighbors"] + (["map"] if config.variant != "none" else [])
+    people = ["history", "neighbors"] if config.tokens == "frame" else ["neighbors"]
+    return people + (["map"] if config.variant != "none" else [])
 
 
 class PoseEncoder(nn.Module):
@@ -115,6 +116,28 @@ class PoseEncoder(nn.Module):
         pose = self.mlp(positions)
         code = self.time_code.expand(*pose.shape[:-1], -1)
         return torch.cat([pose, code], dim=-1).flatten(1, -2)  # (B, S, C)
+
+
+class TrackEncoder(nn.Module):
+    """Turns a whole track into one vector.
+
+    Args:
+        config: What the network is.
+        size: Size of the vector.
+    """
+
+    def __init__(self, config: ModelConfig, size: int) -> None:
+        super().__init__()
+        self.mlp = nn.Sequential(
+            nn.Linear(3 * config.history_steps, 64), nn.ReLU(), nn.Linear(64, size)
+        )
+
+    def forward(self, positions: Tensor, valid: Tensor) -> Tensor:
+        """Encode (B, ..., T, 2) positions, `valid` (B, ..., T), as (B, ..., size)."""
+        seen = valid[..., None].to(positions.dtype)
+        frames = torch.cat([positions * seen, seen], dim=-1)  # (B, ..., T, 3)
+        encoded: Tensor = self.mlp(frames.flatten(-2))
+        return encoded
 
 
 class PatchEncoder(nn.Module):
@@ -159,7 +182,10 @@ class IterativeAttention(nn.Module):
         super().__init__()
         self.config = config
         self.latents = nn.Parameter(0.02 * torch.randn(config.latents, config.width))
-        self.pose_encoder = PoseEncoder(config)
+        self.pose_encoder = PoseEncoder(config) if config.tokens == "frame" else None
+        if config.tokens == "track":
+            self.own_encoder = TrackEncoder(config, config.latents * config.width)
+            self.neighbor_encoder = TrackEncoder(config, config.width)
         self.map_encoder = PatchEncoder(config) if config.variant == "patch" else None
         self.encoder_blocks = nn.ModuleList(EncoderBlock(config) for _ in range(config.blocks))
         flat = config.latents * config.width
@@ -206,17 +232,27 @@ class IterativeAttention(nn.Module):
         crop_valid: Tensor | None = None,
     ) -> Tensor:
         """What the latents (B, L, C) read from histories and map; arguments as of `forward`."""
-        streams = {
-            "history": (self.pose_encoder(history), history_valid),
-            "neighbors": (self.pose_encoder(neighbors), neighbors_valid.flatten(1)),
-        }
+        latents, streams = self._begin(history, history_valid, neighbors, neighbors_valid)
         if self.map_encoder is not None and crop is not None and crop_valid is not None:
             tokens = self.map_encoder(crop)
             streams["map"] = (tokens, crop_valid[:, None].expand(-1, tokens.shape[1]))
-        latents: Tensor = self.latents.expand(len(history), -1, -1)  # (B, L, C)
         for encoder_block in self.encoder_blocks:
             latents = encoder_block(latents, streams)
         return latents
+
+    def _begin(
+        self, history: Tensor, history_valid: Tensor, neighbors: Tensor, neighbors_valid: Tensor
+    ) -> tuple[Tensor, dict[str, tuple[Tensor, Tensor]]]:
+        """The latents (B, L, C) before the first block, and the streams of people to read."""
+        latents = self.latents.expand(len(history), -1, -1)
+        if self.pose_encoder is not None:
+            return latents, {
+                "history": (self.pose_encoder(history), history_valid),
+                "neighbors": (self.pose_encoder(neighbors), neighbors_valid.flatten(1)),
+            }
+        own = self.own_encoder(history, history_valid).view_as(latents)
+        tracks = self.neighbor_encoder(neighbors, neighbors_valid)  # (B, K, C)
+        return latents + own, {"neighbors": (tracks, neighbors_valid.any(dim=2))}
 
     def decode(
         self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None = None
