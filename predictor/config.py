@@ -95,6 +95,7 @@ class ModelConfig(NetworkConfig):
             with.
         path_rows: How the latent rows become a path: `mean` decodes each row and averages (the
             paper), `flatten` decodes all rows at once.
+        modes: Modes of the mixture that is forecast beside the one path (M); 0 for none.
 
     Raises:
         ValueError: A value is out of range.
@@ -109,6 +110,7 @@ class ModelConfig(NetworkConfig):
     patch_px: int = 16
     tokens: Literal["frame", "track"] = "frame"
     path_rows: Literal["mean", "flatten"] = "mean"
+    modes: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -121,6 +123,7 @@ class ModelConfig(NetworkConfig):
             f"tokens must be 'frame' or 'track', got {self.tokens!r}",
         )
         self.require_counts("latents", "blocks")
+        _require(0 <= self.modes <= 64, f"modes must be in 0..64, got {self.modes}")
         _require(0.0 <= self.dropout < 1.0, f"dropout must be in [0, 1), got {self.dropout}")
         self._check_divisions()
 
@@ -161,6 +164,8 @@ class TrainConfig:
         truncate: Share of windows whose first frames are hidden, so that the model learns to
             forecast from 1 to 7 observed frames.
         stride: Frames between two training windows.
+        train_only: `all` trains everything together; `modes` leaves the network as it is, apart
+            from its mode decoder.
         patience: Stop after so many epochs without a better validation; None never does.
         seed: Seed of initial weights, order of windows and augmentation.
 
@@ -180,6 +185,7 @@ class TrainConfig:
     recolor: float = 0.0
     truncate: float = 0.25
     stride: int = 1
+    train_only: Literal["all", "modes"] = "all"
     patience: int | None = None
     seed: int = 0
 
@@ -193,6 +199,10 @@ class TrainConfig:
         _require(
             self.schedule in ("step", "one_cycle"),
             f"schedule must be 'step' or 'one_cycle', got {self.schedule!r}",
+        )
+        _require(
+            self.train_only in ("all", "modes"),
+            f"train_only must be 'all' or 'modes', got {self.train_only!r}",
         )
         _require(0.0 <= self.scale < 1.0, f"scale must be in [0, 1), got {self.scale}")
         for name in ("hide_map", "recolor", "truncate"):

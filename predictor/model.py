@@ -14,6 +14,7 @@ import torch.nn.functional as F  # noqa: N812
 from torch import Tensor, nn
 
 from predictor.config import ModelConfig
+from predictor.modes import ModeDecoder
 from predictor.tensors import start_path
 
 
@@ -192,6 +193,10 @@ class IterativeAttention(nn.Module):
         rows = config.width if config.path_rows == "mean" else flat
         self.goal_decoder = _decoder(flat, 2)
         self.trajectory_decoder = _decoder(rows + 2, 2 * config.forecast_steps)
+        # last, so that the weights drawn for all else do not depend on it
+        self.mode_decoder = (
+            ModeDecoder(flat, config.modes, config.forecast_steps) if config.modes > 0 else None
+        )
 
     def forward(
         self,
