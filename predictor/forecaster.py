@@ -8,14 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings import FRAME_DT
+from predictor.ablation import ENDINGS, split_endings
 from predictor.constant_velocity import ConstantVelocityForecaster
 
 BUNDLED_WEIGHTS = Path(__file__).parent / "weights" / "iterative_attention.safetensors"
 """Weights trained on synthetic crowds; the JSON beside them says how."""
-
-
-NO_MAP = "@no_map"
-"""Ending of the name of a network that is to be shown no picture."""
 
 
 class Forecaster(Protocol):
@@ -92,15 +89,15 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
     Args:
         spec: `none`, `constant_velocity`, `iterative_attention` (the bundled weights), or the path
             of a checkpoint of any of `predictor.networks.NETWORKS` (its `.safetensors` file, or a
-            folder with `best.safetensors`). A network's name or path may end in `@no_map`: it is
-            then shown no picture, whatever there is.
+            folder with `best.safetensors`). A network's name or path may have endings such as
+            `@no_map` (`predictor.ablation.ENDINGS`) that say what it is not to be shown.
         horizon: How far to forecast [s]; a multiple of 0.4 s.
 
     Returns:
         The forecaster, or None for `none`.
 
     Raises:
-        ValueError: Unknown name, bad horizon, or a damaged checkpoint.
+        ValueError: Unknown name or ending, bad horizon, or a damaged checkpoint.
         FileNotFoundError: The checkpoint is not there.
     """
     forecast_steps = steps_of(horizon)
@@ -108,15 +105,14 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
         return None
     if spec == "constant_velocity":
         return ConstantVelocityForecaster(forecast_steps=forecast_steps)
-    name = spec.removesuffix(NO_MAP)
+    name, ablation = split_endings(spec)
     path = BUNDLED_WEIGHTS if name == "iterative_attention" else Path(name)
     if name != "iterative_attention" and not path.exists():
         raise ValueError(
             "forecaster must be 'none', 'constant_velocity', 'iterative_attention' or the path "
-            f"of a checkpoint, got {spec!r}"
+            f"of a checkpoint, perhaps with endings of {', '.join(ENDINGS)}; got {spec!r}"
         )
     # torch is imported only by who needs a network
     from predictor.network_forecaster import NetworkForecaster
 
-    sees_map = name == spec
-    return NetworkForecaster.from_checkpoint(path, forecast_steps=forecast_steps, sees_map=sees_map)
+    return NetworkForecaster.from_checkpoint(path, forecast_steps=forecast_steps, ablation=ablation)

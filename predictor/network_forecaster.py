@@ -9,8 +9,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from predictor.ablation import EVERYTHING, Ablation, ablated
 from predictor.calibration import radius_of
 from predictor.checkpoint import load_checkpoint
+from predictor.horizon import bounded, speed_limit
 from predictor.inputs import AgentInputs, build_inputs_of_worlds, check_tracks, to_world
 from predictor.networks import Network, name_of
 from predictor.tensors import tensors
@@ -29,14 +31,15 @@ class NetworkForecaster:
     """Any trained network behind the interface of `predictor.forecaster.Forecaster`.
 
     Beyond the steps that the network was trained for it is rolled on: it is given its own
-    forecasts of everyone as history, and the map around where they got to.
+    forecasts of everyone as history, and the map around where they got to. Nobody is forecast to be
+    faster than `predictor.horizon.speed_limit` says.
 
     Args:
         network: Trained network.
         forecast_steps: Frames to forecast; None for those the network was trained for.
         radius: (F,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
             for the frames that it was trained for; None where nobody measured it.
-        sees_map: Whether it is shown the pictures that it is given.
+        ablation: What of its inputs it is shown.
 
     Attributes:
         radius: That of the frames that are forecast; None beyond those it was trained for.
@@ -48,10 +51,10 @@ class NetworkForecaster:
         *,
         forecast_steps: int | None = None,
         radius: NDArray[np.float64] | None = None,
-        sees_map: bool = True,
+        ablation: Ablation = EVERYTHING,
     ) -> None:
         self.network = network.eval()
-        self._sees_map = sees_map
+        self._ablation = ablation
         self.name = name_of(network.config)
         self.frame_dt = network.config.frame_dt
         self.history_steps = network.config.history_steps
@@ -63,12 +66,12 @@ class NetworkForecaster:
 
     @classmethod
     def from_checkpoint(
-        cls, path: Path, *, forecast_steps: int | None = None, sees_map: bool = True
+        cls, path: Path, *, forecast_steps: int | None = None, ablation: Ablation = EVERYTHING
     ) -> Self:
         """Load a checkpoint; raises as `predictor.checkpoint.load_checkpoint` does."""
         network, about = load_checkpoint(path)
         radius = radius_of(about, network.config.forecast_steps)
-        return cls(network, forecast_steps=forecast_steps, radius=radius, sees_map=sees_map)
+        return cls(network, forecast_steps=forecast_steps, radius=radius, ablation=ablation)
 
     def forecast(
         self,
@@ -98,8 +101,6 @@ class NetworkForecaster:
                 f"got {len(images)} and {len(homographies)}"
             )
         asked = valid[:, -1] if select is None else select & valid[:, -1]
-        if not self._sees_map:
-            images = [None] * count
         return self._roll(history, valid, asked, images, homographies)
 
     def _roll(
@@ -114,12 +115,14 @@ class NetworkForecaster:
         config = self.network.config
         seen = np.where(valid[..., None], history, 0.0)
         now = seen[:, -1:]
+        longest = self.frame_dt * speed_limit(seen, valid, self.frame_dt)  # (W, N)
         passes = math.ceil(self.forecast_steps / config.forecast_steps)
         # who is rolled on needs the forecasts of everyone, not only of those asked for
         chosen = asked if passes == 1 else valid[:, -1]
         paths = []
         for _ in range(passes):
             path = self._pass(seen, valid, chosen, images, homographies)
+            path = bounded(path, seen[:, -1], longest)
             paths.append(path)
             seen = np.concatenate([seen, path], axis=1)[:, -config.history_steps :]
             later = np.repeat(valid[:, -1:], config.forecast_steps, axis=1)
@@ -142,6 +145,7 @@ class NetworkForecaster:
         for start in range(0, len(worlds), CHUNK):
             w, n = worlds[start : start + CHUNK], agents[start : start + CHUNK]
             inputs = build_inputs_of_worlds(history, valid, w, n, images, homographies, config)
+            inputs = ablated(inputs, self._ablation, w, images, homographies, config)
             path[w, :, n] = to_world(self._forward(inputs), inputs.world_from_agent)
         return path
 

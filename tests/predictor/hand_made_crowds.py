@@ -41,7 +41,9 @@ def noise_picture(rng: np.random.Generator) -> Picture:
     return Picture(np.kron(coarse, np.ones((10, 10, 1), dtype=np.uint8)), pixel_from_world)
 
 
-def network(variant: Variant, configuration: str = "residual", seed: int = 0) -> IterativeAttention:
+def network(
+    variant: Variant, configuration: str = "residual", seed: int = 0, loudness: float = 10.0
+) -> IterativeAttention:
     """A fresh network whose decoders shout, so that no input goes unnoticed in the forecast."""
     config, _ = named_configuration(configuration, variant=variant)
     with torch.random.fork_rng(devices=[]):
@@ -49,7 +51,7 @@ def network(variant: Variant, configuration: str = "residual", seed: int = 0) ->
         model = IterativeAttention(config)
     with torch.no_grad():
         for decoder in (model.goal_decoder, model.trajectory_decoder):
-            decoder[-1].weight.mul_(10.0)
+            decoder[-1].weight.mul_(loudness)
     return model.eval()
 
 
