@@ -8,6 +8,7 @@ from torch import Tensor
 from torch.optim.lr_scheduler import LRScheduler, OneCycleLR, StepLR
 
 from predictor.config import TrainConfig
+from predictor.distributed import ALONE, Processes
 from predictor.networks import Network
 
 
@@ -18,42 +19,49 @@ class Optimization:
         network: What is trained, already on its device.
         training: How.
         batches: Batches in an epoch.
+        processes: Who trains the same network on other rows of each batch.
     """
 
-    def __init__(self, network: Network, training: TrainConfig, batches: int) -> None:
+    def __init__(
+        self,
+        network: Network,
+        training: TrainConfig,
+        batches: int,
+        processes: Processes = ALONE,
+    ) -> None:
         self.network = network
+        self.processes = processes
         self.gradient_clip = training.gradient_clip
         self.optimizer, self.scheduler = _optimizer(network, training, batches)
 
-    def update(self, objective: Tensor, when: str) -> float:
-        """Descend once along the gradient of `objective`.
+    def update(self, objective: Tensor, when: str) -> dict[str, float]:
+        """Descend once along the gradient of `objective`, added up over the processes.
 
         Args:
-            objective: Scalar loss.
+            objective: Scalar loss, or this process's share of it.
             when: For the error message.
 
         Returns:
-            Norm of the gradient before it was clipped.
+            What is worth watching, by name: loss, learning rate, and norm of the gradient before
+            it was clipped.
 
         Raises:
             FloatingPointError: Loss or gradient is not finite; the weights are as before.
         """
-        _require_finite("loss", objective.item(), when)
         self.optimizer.zero_grad()
         objective.backward()  # type: ignore[no-untyped-call]
+        loss = objective.detach().clone()
+        gradients = [p.grad for p in self.network.parameters() if p.grad is not None]
+        self.processes.add_up([loss, *gradients])
+        _require_finite("loss", loss.item(), when)
         norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.gradient_clip).item()
         _require_finite("gradient", norm, when)
         self.optimizer.step()
         self.scheduler.step()
-        return norm
-
-    def scalars(self, objective: float, norm: float) -> dict[str, float]:
-        """What is worth watching, by name."""
-        rate = self.scheduler.get_last_lr()[0]
         return {
-            "train/loss": objective,
+            "train/loss": loss.item(),
             "train/gradient_norm": norm,
-            "train/learning_rate": float(rate),
+            "train/learning_rate": float(self.scheduler.get_last_lr()[0]),
         }
 
     def state(self) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from predictor.calibration import calibration
 from predictor.checkpoint import save_checkpoint
 from predictor.config import Device, NetworkConfig, TrainConfig
 from predictor.datasets import describe, read_training
+from predictor.distributed import ALONE, Processes
 from predictor.inputs import AgentInputs
 from predictor.model import loss
 from predictor.networks import Network, build_network, name_of
@@ -74,6 +75,7 @@ def train(
     save_seconds: float = 60.0,
     command: str = "",
     progress: bool = True,
+    processes: Processes = ALONE,
 ) -> TrainResult:
     """Train a network and write `best` and `last` (`.safetensors` and `.json`) into a folder.
 
@@ -92,6 +94,7 @@ def train(
         save_seconds: Time between two states to resume from, besides one after each epoch [s].
         command: The command line, to be kept in the checkpoint.
         progress: Show a progress bar with the time left.
+        processes: Who trains the same network on other rows of each batch; the first one writes.
 
     Raises:
         FileNotFoundError: The data is not there.
@@ -132,6 +135,7 @@ def train(
         tensorboard=tensorboard,
         save_seconds=save_seconds,
         progress=progress,
+        processes=processes,
     )
 
 
@@ -162,6 +166,7 @@ def fit(
     tensorboard: bool = False,
     save_seconds: float = 60.0,
     progress: bool = True,
+    processes: Processes = ALONE,
 ) -> TrainResult:
     """The epoch loop of `train`: from windows to checkpoints.
 
@@ -170,43 +175,52 @@ def fit(
         FloatingPointError: The loss is no longer finite.
     """
     batches = math.ceil(len(windows) / training.batch_size)
-    run = Optimization(network.to(device), training, batches)
+    run = Optimization(network.to(device), training, batches, processes)
     identity = _identity(network, windows, validation, training)
     place = _beginning(run, out / FILE, identity, resume)
     baseline = scores(constant_velocity_errors(validation))
     first, started, saved = place.step(batches), time.perf_counter(), time.monotonic()
     with (
         torch.random.fork_rng(devices=[]),
-        scalar_writer(out / "tensorboard" if tensorboard else None, first) as write,
+        scalar_writer(
+            out / "tensorboard" if tensorboard and processes.first else None, first
+        ) as write,
         tqdm(
-            total=training.epochs * batches, initial=first, unit="batch", disable=not progress
+            total=training.epochs * batches,
+            initial=first,
+            unit="batch",
+            disable=not (progress and processes.first),
         ) as bar,
     ):
         while not place.is_over(training.epochs, training.patience):
             order = epoch_order(len(windows), training.seed, place.epoch)
             network.train()
             while place.batch < batches:
-                rng = batch_generator(training.seed, place.epoch, place.batch)
+                rng = batch_generator(training.seed, place.epoch, place.batch, processes.rank)
                 rows = order[place.batch * training.batch_size :][: training.batch_size]
                 inputs, future = augmented_batch(windows, rows, training, rng)
-                objective = _objective(network, inputs, future, training, device)
-                norm = run.update(objective, f"epoch {place.epoch}, batch {place.batch + 1}")
+                own, share = processes.part(len(rows))
+                objective = _objective(network, inputs.take(own), future[own], training, device)
+                measured = run.update(
+                    share * objective, f"epoch {place.epoch}, batch {place.batch + 1}"
+                )
                 place.batch += 1
                 bar.update()
                 if place.step(batches) % SCALAR_STEPS == 0:
-                    write(place.step(batches), run.scalars(objective.item(), norm))
-                if time.monotonic() - saved >= save_seconds:
+                    write(place.step(batches), measured)
+                if processes.first and time.monotonic() - saved >= save_seconds:
                     save_state(out / FILE, place, identity, run.state())
                     saved = time.monotonic()
-            errors = window_errors(network, validation, device)
+            errors = window_errors(network, validation, device, processes)
             found = scores(errors)
             metrics = {"epoch": place.epoch, "validation": found, "constant_velocity": baseline}
             described = {**about, "metrics": metrics, "calibration": calibration(errors)}
-            save_checkpoint(out / "last.safetensors", network, described)
-            if place.finish_epoch(found):
-                save_checkpoint(out / "best.safetensors", network, described)
-            # last, so that a training killed before it repeats the epoch's end
-            save_state(out / FILE, place, identity, run.state())
+            kept = ("last", "best") if place.finish_epoch(found) else ("last",)
+            if processes.first:
+                for name in kept:
+                    save_checkpoint(out / f"{name}.safetensors", network, described)
+                # last, so that a training killed before it repeats the epoch's end
+                save_state(out / FILE, place, identity, run.state())
             write(place.step(batches), {f"validation/{key}": found[key] for key in found})
             bar.set_postfix(
                 epoch=place.epoch - 1, ade=f"{found['ade']:.3f}", fde=f"{found['fde']:.3f}"

@@ -13,13 +13,12 @@ from typing import Any, Final
 
 import numpy as np
 import torch
+from crowdsim.recordings.store import write_atomic
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.torch import load as load_safetensors
 from safetensors.torch import save as save_safetensors
 from torch import Tensor
-
-from crowdsim.recordings.store import write_atomic
 
 FILE: Final = "resume.state"
 DIGEST_BYTES: Final = hashlib.sha256().digest_size
@@ -69,10 +68,13 @@ def epoch_order(count: int, seed: int, epoch: int) -> NDArray[np.int64]:
     return _generator(seed, 0, epoch).permutation(count)
 
 
-def batch_generator(seed: int, epoch: int, batch: int) -> np.random.Generator:
-    """Generator of what is drawn for a batch, after seeding torch's (dropout) for it too."""
+def batch_generator(seed: int, epoch: int, batch: int, rank: int = 0) -> np.random.Generator:
+    """Generator of what is drawn for a batch, after seeding torch's (dropout) for it too.
+
+    Processes of several ranks draw alike from it, but drop out each in its own way.
+    """
     rng = _generator(seed, 1, epoch, batch)
-    torch.manual_seed(int(rng.integers(2**63)))
+    torch.manual_seed(int(rng.integers(2**63)) + rank)
     return rng
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from predictor.distributed import ALONE, Processes
 from predictor.inputs import last_step
 from predictor.metrics import ade, displacement_errors, fde
 from predictor.networks import Network
@@ -17,17 +18,25 @@ ROWS = 256
 
 
 def window_errors(
-    network: Network, windows: Windows, device: torch.device | str = "cpu"
+    network: Network,
+    windows: Windows,
+    device: torch.device | str = "cpu",
+    processes: Processes = ALONE,
 ) -> NDArray[np.float64]:
-    """(M, F) errors [m] of a network on windows, with the goals that it predicts."""
+    """(M, F) errors [m] of a network on windows, with the goals that it predicts.
+
+    Several processes share the work; each is given all errors.
+    """
     network.eval()
-    errors = []
+    errors = np.zeros((len(windows), windows.config.forecast_steps))
+    passes = np.array_split(np.arange(len(windows)), math.ceil(len(windows) / ROWS))
     with torch.inference_mode():
-        for rows in np.array_split(np.arange(len(windows)), math.ceil(len(windows) / ROWS)):
+        for rows in passes[processes.rank :: processes.count]:
             inputs, future = windows.batch(rows)
             _, path = network(**tensors(inputs, device))
-            errors.append(displacement_errors(path.cpu().numpy(), future))
-    return np.concatenate(errors)
+            errors[rows] = displacement_errors(path.cpu().numpy(), future)
+    processes.add_up([torch.from_numpy(errors)])
+    return errors
 
 
 def constant_velocity_errors(windows: Windows) -> NDArray[np.float64]:

@@ -52,6 +52,7 @@ def train_predictor(
     require_folder(out)
     from dataclasses import replace
 
+    from predictor.distributed import joined_processes
     from predictor.forecaster import steps_of
     from predictor.networks import configuration
     from predictor.train import train
@@ -64,7 +65,7 @@ def train_predictor(
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
     words += [] if horizon is None else ["--horizon", str(horizon)]
     words += [] if patience is None else ["--patience", str(patience)]
-    with resumable():
+    with resumable(), joined_processes() as processes:
         found = train(
             data=data,
             out=out,
@@ -75,7 +76,10 @@ def train_predictor(
             cache=cache,
             tensorboard=tensorboard,
             command=shlex.join(words),
+            processes=processes,
         )
+    if not processes.first:
+        return
     mine, baseline = found.validation, found.constant_velocity
     print(
         f"Epoch {found.best_epoch} of {training.epochs} is best on validation: ADE/FDE "
