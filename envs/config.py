@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
-RobotKind = Literal["unicycle", "holonomic"]
+RobotKind = Literal["unicycle", "holonomic", "bicycle"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,7 +16,8 @@ class CrowdNavConfig:
     Attributes:
         scenario: Name in `crowdsim.scenarios.SCENARIOS`.
         scenario_parameters: Keywords of that scenario.
-        robot: `unicycle` takes (speed, angular speed), `holonomic` a velocity in its own frame.
+        robot: `unicycle` takes (speed, angular speed), `holonomic` a velocity in its own frame,
+            `bicycle` (speed, steering angle).
         robot_visible: Whether pedestrians yield to the robot and the forecaster may use it as a
             neighbor. Bodies collide either way.
         robot_awareness: Share of the pedestrians who notice a visible robot, drawn per episode.
@@ -25,6 +26,8 @@ class CrowdNavConfig:
             `iterative_attention`, the path of a checkpoint, `oracle` (the simulator run ahead under
             the robot's present command), or `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
         horizon: How far forecasts reach [s]; a whole number of `frame_dt`.
+        modes_observed: M, how many of the ways that each of them may go are in the observation, the
+            likeliest first; needs a forecaster with modes.
         pedestrians_observed: K, the number of nearest visible pedestrians in the observation.
         sensor_range: How far the robot sees people and walls [m].
         field_of_view: Full angle around the heading in which the robot sees people [rad].
@@ -33,8 +36,8 @@ class CrowdNavConfig:
         position_noise: Standard deviation of each measured coordinate of a person [m].
         track_loss_rate: How often the robot takes somebody for somebody new, whose history begins
             anew [1/s].
-        track_memory: How long the robot goes on reckoning with somebody out of sight, at constant
-            velocity [s].
+        track_memory: How long the robot goes on reckoning with somebody out of sight, by the last
+            forecast of them or else at constant velocity [s].
         lidar_rays: Number of lidar rays over the full circle.
         observe_map: Whether the observation holds the map crop.
         physics_dt: Time of one physics step [s].
@@ -46,6 +49,8 @@ class CrowdNavConfig:
             all.
         max_speed: Robot's speed limit [m/s].
         max_angular_speed: Unicycle's turning limit [rad/s]; the holonomic robot does not turn.
+        max_steering: Bicycle's steering limit [rad].
+        wheelbase: Distance of the bicycle's axles [m].
         max_acceleration: Limit on the change of the robot's velocity [m/s^2].
         robot_radius: Radius of the robot's disc [m].
         goal_radius: The goal is reached when the robot's centre is nearer than this [m].
@@ -73,6 +78,7 @@ class CrowdNavConfig:
     crowd_speed: float = 1.0
     forecaster: str = "constant_velocity"
     horizon: float = 4.8
+    modes_observed: int = 0
     pedestrians_observed: int = 8
     sensor_range: float = 10.0
     field_of_view: float = 2.0 * math.pi
@@ -90,6 +96,8 @@ class CrowdNavConfig:
     history_kept: int | None = None
     max_speed: float = 1.2
     max_angular_speed: float = 1.5
+    max_steering: float = 0.6
+    wheelbase: float = 0.5
     max_acceleration: float = 2.5
     robot_radius: float = 0.3
     goal_radius: float = 0.3
@@ -117,6 +125,12 @@ class CrowdNavConfig:
                 raise ValueError(f"{name} must be at least 0, got {getattr(self, name)!r}")
         if self.field_of_view > 2.0 * math.pi:
             raise ValueError(f"field_of_view must be at most 2 pi, got {self.field_of_view!r}")
+        if self.max_steering >= 0.5 * math.pi:
+            raise ValueError(f"max_steering must be below pi / 2, got {self.max_steering!r}")
+        if self.modes_observed != 0:
+            _check_count("modes_observed", self.modes_observed)
+            if self.forecaster == "none":
+                raise ValueError("modes_observed needs a forecaster, got forecaster 'none'")
         for name in _POSITIVE:
             _check_positive(name, getattr(self, name))
         if self.time_limit is not None:
@@ -167,6 +181,8 @@ _POSITIVE = (
     "frame_dt",
     "max_speed",
     "max_angular_speed",
+    "max_steering",
+    "wheelbase",
     "max_acceleration",
     "robot_radius",
     "goal_radius",

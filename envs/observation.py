@@ -4,22 +4,27 @@ Policies import this module for the layout, so it stays free of the simulator.
 
 A flat Dict of float32 Boxes in the robot's frame (REP-103: origin at the robot, +x along its
 heading, y left). K nearest visible pedestrians, nearest first; a place without a pedestrian is
-zero everywhere. T history frames, F forecast frames, R lidar rays.
+zero everywhere. T history frames, F forecast frames, M modes, R lidar rays. Without a forecaster
+there is no `forecast…`.
 
-| key                | shape       | content                                                    |
-|--------------------|-------------|------------------------------------------------------------|
-| `robot`            | (12,)       | see `ROBOT_FIELDS`                                         |
-| `neighbors_valid`  | (K,)        | 1 where the place holds a pedestrian                       |
-| `neighbors_radius` | (K,)        | radius [m]                                                 |
-| `history`          | (K, T, 2)   | positions `frame_dt` apart, the last one now [m]           |
-| `history_valid`    | (K, T)      | 1 where the robot saw that pedestrian                      |
-| `forecast`         | (K, F, 2)   | forecast positions, the first one `frame_dt` ahead [m];    |
-|                    |             | absent without a forecaster                                |
-| `lidar`            | (R,)        | range to walls and obstacles, not people [m]; ray 0 ahead, |
-|                    |             | counter-clockwise                                          |
-| `map`              | (64, 64, 3) | uint8 RGB crop of the map, only with `observe_map`; the    |
-|                    |             | robot is a quarter of the side from the left edge, half-   |
-|                    |             | way down, and looks to the right; 16 m on a side           |
+| key                      | shape        | content                                               |
+|--------------------------|--------------|-------------------------------------------------------|
+| `robot`                  | (12,)        | see `ROBOT_FIELDS`                                    |
+| `neighbors_valid`        | (K,)         | 1 where the place holds a pedestrian                  |
+| `neighbors_radius`       | (K,)         | radius [m]                                            |
+| `history`                | (K, T, 2)    | positions `frame_dt` apart, the last one now [m]      |
+| `history_valid`          | (K, T)       | 1 where the robot reckoned with that pedestrian       |
+| `forecast`               | (K, F, 2)    | forecast positions, the first `frame_dt` ahead [m]    |
+| `forecast_radius`        | (K, F)       | of a circle that holds 9 in 10 around `forecast` [m]; |
+|                          |              | wider for who has been out of sight for a while       |
+| `forecast_modes`         | (K, M, F, 2) | other ways that they may go, the likeliest first [m]; |
+|                          |              | only with `modes_observed`, as the next key           |
+| `forecast_probabilities` | (K, M)       | of those ways                                         |
+| `lidar`                  | (R,)         | range to walls and obstacles, not people [m]; ray 0   |
+|                          |              | ahead, counter-clockwise                              |
+| `map`                    | (64, 64, 3)  | uint8 RGB crop of the map, only with `observe_map`;   |
+|                          |              | the robot is a quarter of the side from the left      |
+|                          |              | edge, half-way down, and looks right; 16 m on a side  |
 """
 
 from __future__ import annotations
@@ -34,12 +39,13 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from envs.config import CrowdNavConfig
-from envs.robots import RobotState, direction, to_robot
+from envs.robots import RobotState, direction, to_robot, turning_limit
 from predictor.config import ModelConfig
 from predictor.crops import crop_maps
 
 if TYPE_CHECKING:
     from crowdsim.recordings import Picture
+    from envs.foresight import Outlook
     from envs.perception import Percept
 
 Observation = dict[str, NDArray[np.generic]]
@@ -82,6 +88,11 @@ def observation_space(config: CrowdNavConfig) -> spaces.Dict:
     if config.forecaster != "none":
         shape = (observed, config.forecast_steps, 2)
         keys["forecast"] = _symmetric(forecast_bound(config), shape)
+        keys["forecast_radius"] = _box(0.0, forecast_bound(config), shape[:2])
+        if config.modes_observed > 0:
+            modes = (observed, config.modes_observed, config.forecast_steps, 2)
+            keys["forecast_modes"] = _symmetric(forecast_bound(config), modes)
+            keys["forecast_probabilities"] = _box(0.0, 1.0, modes[:2])
     if config.observe_map:
         keys["map"] = spaces.Box(0, 255, (MAP_PIXELS, MAP_PIXELS, 3), np.uint8)
     return spaces.Dict(keys)
@@ -102,24 +113,20 @@ class Task:
     time_left: Floats
 
 
-def turning_limit(config: CrowdNavConfig) -> float:
-    """Largest angular speed [rad/s]; 0 for the robot that does not turn."""
-    return config.max_angular_speed if config.robot == "unicycle" else 0.0
-
-
 def robot_space(config: CrowdNavConfig) -> spaces.Box:
     """Returns the Box of the key `robot`, bounds in the order of `ROBOT_FIELDS`."""
+    turning = max(config.max_angular_speed, turning_limit(config))
     bounds = {
         "velocity_x": (-SPEED_BOUND, SPEED_BOUND),
         "velocity_y": (-SPEED_BOUND, SPEED_BOUND),
-        "angular_speed": (-config.max_angular_speed, config.max_angular_speed),
+        "angular_speed": (-turning, turning),
         "goal_x": (-GOAL_RANGE, GOAL_RANGE),
         "goal_y": (-GOAL_RANGE, GOAL_RANGE),
         "waypoint_x": (-GOAL_RANGE, GOAL_RANGE),
         "waypoint_y": (-GOAL_RANGE, GOAL_RANGE),
         "radius": (0.0, config.robot_radius),
         "max_speed": (0.0, config.max_speed),
-        "max_angular_speed": (0.0, config.max_angular_speed),
+        "max_angular_speed": (0.0, turning),
         "max_acceleration": (0.0, config.max_acceleration),
         "time_left": (0.0, 1.0),
     }
@@ -195,11 +202,23 @@ class Observer:
             "history_valid": percept.history_valid,
             "lidar": lidar,
         }
-        if percept.forecast is not None:
-            observation["forecast"] = _seen(
-                percept.forecast, valid[..., None], robots, self._forecast_bound
-            )
+        if percept.outlook is not None:
+            observation |= self._outlook(percept.outlook, valid, robots)
         return {key: values.astype(np.float32) for key, values in observation.items()}
+
+    def _outlook(
+        self, outlook: Outlook, valid: NDArray[np.bool_], robots: RobotState
+    ) -> dict[str, Floats]:
+        """Returns the keys that a forecaster fills."""
+        bound, there = self._forecast_bound, valid[:, :, None]
+        keys = {
+            "forecast": _seen(outlook.position, there, robots, bound),
+            "forecast_radius": np.minimum(outlook.radius, bound),
+        }
+        if outlook.modes is not None and outlook.probability is not None:
+            keys["forecast_modes"] = _seen(outlook.modes, there[..., None], robots, bound)
+            keys["forecast_probabilities"] = outlook.probability
+        return keys
 
     def _robot(self, robots: RobotState, task: Task) -> Floats:
         """Returns (R, 12), the columns of `ROBOT_FIELDS`."""
@@ -242,8 +261,9 @@ def map_crops(robots: RobotState, pictures: Sequence[Picture]) -> NDArray[np.uin
 
 
 def _seen(points: Floats, valid: NDArray[np.bool_], robots: RobotState, bound: float) -> Floats:
-    """Takes world points (R, K, S, 2) into the robots' frames; 0 where not `valid`."""
-    relative = to_robot(points - robots.position[:, None, None], robots.heading)
+    """Takes world points (R, K, ..., 2) into the robots' frames; 0 where not `valid`."""
+    origin = robots.position.reshape(-1, *(1,) * (points.ndim - 2), 2)
+    relative = to_robot(points - origin, robots.heading)
     return np.clip(relative, -bound, bound) * valid[..., None]
 
 

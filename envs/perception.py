@@ -1,6 +1,5 @@
 """What the robot makes of its surroundings: whom it sees, their tracks, and their forecasts."""
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from crowdsim.recordings import Picture
 from envs.config import CrowdNavConfig
 from envs.forecasters import Situation, WorldForecaster
+from envs.foresight import Foresight, Outlook
 from envs.robots import Robot
 from envs.sensor import Detections, Sensor
 from envs.track_filter import TrackFilter
@@ -28,16 +28,24 @@ class Percept:
         radius: (R, K) [m], 0 where the place is empty.
         history: (R, K, T, 2) a frame apart, the last one now; 0 where not valid.
         history_valid: (R, K, T).
-        forecast: (R, K, F, 2), 0 where the place is empty; None without a forecaster.
-        forecast_seconds: Wall-clock time that the forecaster took per world [s].
+        outlook: What is forecast for them; None without a forecaster.
     """
 
     observed: Observed
     radius: Floats
     history: Floats
     history_valid: NDArray[np.bool_]
-    forecast: Floats | None
-    forecast_seconds: float
+    outlook: Outlook | None
+
+    @property
+    def forecast(self) -> Floats | None:
+        """Positions (R, K, F, 2), 0 where the place is empty; None without a forecaster."""
+        return None if self.outlook is None else self.outlook.position
+
+    @property
+    def forecast_seconds(self) -> float:
+        """Wall-clock time that the forecaster took per world [s]."""
+        return 0.0 if self.outlook is None else self.outlook.seconds
 
 
 class Perception:
@@ -56,7 +64,7 @@ class Perception:
     ):
         self._config = config
         self._robot = robot
-        self._forecaster = forecaster
+        self._foresight = None if forecaster is None else Foresight(config, worlds, forecaster)
         self.visible = np.zeros((worlds, 1), dtype=np.bool_)
         self._distance = np.zeros((worlds, 1))
         self._sensor = Sensor(config, worlds)
@@ -82,6 +90,8 @@ class Perception:
         for world, generator in zip(rows.tolist(), generators, strict=True):
             self._sensor.restart(world, generator)
         self._filter.restart(rows)
+        if self._foresight is not None:
+            self._foresight.restart(rows)
         found = self._see(rows, worlds)
         self._people.restart(rows, found.position, found.seen, found.tracks)
         self._robots.restart(rows, robots.position[rows, None], *_one_column(len(rows)))
@@ -109,17 +119,15 @@ class Perception:
             valid[:, : -config.history_kept] = False
         own = observed.take(history, axis=2)
         own_valid = observed.take(valid, axis=2) & observed.valid[:, None]
-        forecast, seconds = self._forecast(rows, worlds, observed, history, valid, pictures)
         return Percept(
             observed=observed,
             radius=observed.take(crowd.radius[rows]) * observed.valid,
             history=np.moveaxis(own * own_valid[..., None], 1, 2),
             history_valid=np.moveaxis(own_valid, 1, 2),
-            forecast=forecast,
-            forecast_seconds=seconds,
+            outlook=self._outlook(rows, worlds, observed, history, valid, pictures),
         )
 
-    def _forecast(
+    def _outlook(
         self,
         rows: Rows,
         worlds: Worlds,
@@ -127,10 +135,10 @@ class Perception:
         history: Floats,
         valid: NDArray[np.bool_],
         pictures: Mapping[int, Picture],
-    ) -> tuple[Floats | None, float]:
-        """Forecasts (R, K, F, 2) for the observed, and the seconds that it took per world."""
-        if self._forecaster is None:
-            return None, 0.0
+    ) -> Outlook | None:
+        """Forecasts the observed."""
+        if self._foresight is None:
+            return None
         indices = np.arange(len(self.visible))[rows]
         robot_history, robot_valid = self._robots.history(rows)
         situation = Situation(
@@ -144,17 +152,14 @@ class Perception:
             select=observed.mask(history.shape[2]),
             pictures=[pictures.get(world) for world in indices.tolist()],
         )
-        began = time.perf_counter()
-        forecast = self._forecaster.forecast(situation)  # (R, F, N, 2)
-        seconds = (time.perf_counter() - began) / len(indices)
-        chosen = np.moveaxis(observed.take(forecast, axis=2), 1, 2)
-        return chosen * observed.valid[:, :, None, None], seconds
+        return self._foresight.outlook(rows, situation, observed, self._filter.unseen)
 
     def _see(self, rows: Rows, worlds: Worlds) -> Detections:
         """Detects and tracks the people of the worlds `rows`."""
         found = self._sensor.detect(rows, worlds)
         if self._filters:
-            found = self._filter.update(rows, found)
+            ghosts = None if self._foresight is None else self._foresight.ghosts
+            found = self._filter.update(rows, found, ghosts)
         if found.seen.shape[1] > self.visible.shape[1]:
             more = ((0, 0), (0, found.seen.shape[1] - self.visible.shape[1]))
             self.visible, self._distance = np.pad(self.visible, more), np.pad(self._distance, more)

@@ -1,5 +1,6 @@
-"""The two robots: how an action in [-1, 1] becomes motion. W robots at once, one per world."""
+"""The robots: how an action in [-1, 1] becomes motion. W robots at once, one per world."""
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -128,11 +129,72 @@ class Holonomic:
         return state.position[:, None] + velocity[:, None] * times[:, None]
 
 
+@dataclass(frozen=True)
+class Bicycle:
+    """Drives on two axles and steers the front one: action (speed, steering angle).
+
+    The kinematic bicycle, whose disc is centred over its rear axle (Polack et al. 2017, "The
+    kinematic bicycle model"): it turns by tan(steering) / `wheelbase` per metre, so that it cannot
+    turn where it stands. The first action maps [-1, 1] to [0, `max_speed`], reached no faster than
+    by `max_acceleration`; the second to +-`max_steering`, positive to the left.
+    """
+
+    max_speed: float
+    max_acceleration: float
+    max_steering: float
+    wheelbase: float
+
+    def apply(self, actions: Floats, state: RobotState) -> None:
+        """Takes (W, 2) actions in [-1, 1] as (speed [m/s], steering angle [rad])."""
+        state.command[:, 0] = 0.5 * (actions[:, 0] + 1.0) * self.max_speed
+        state.command[:, 1] = actions[:, 1] * self.max_steering
+
+    def drive(self, state: RobotState, dt: float, steps: int) -> Floats:
+        """Speeds up, turns, and returns the (W, steps, 2) velocities to reach, world frame."""
+        gain = self.max_acceleration * dt * np.arange(1.0, steps + 1.0)
+        change = (state.command[:, 0] - self._speed(state))[:, None]
+        speed = self._speed(state)[:, None] + np.clip(change, -gain, gain)  # (W, steps)
+        curvature = self._curvature(state)
+        headings = state.heading[:, None] + curvature * dt * np.cumsum(speed, axis=1)
+        state.heading[:] = wrap_angle(headings[:, -1])
+        state.angular_speed[:] = curvature[:, 0] * speed[:, -1]
+        return speed[..., None] * direction(headings)
+
+    def rollout(self, state: RobotState, times: Floats) -> Floats:
+        """Returns (W, F, 2) positions on the arc that the command describes."""
+        speed, wanted = self._speed(state)[:, None], state.command[:, :1]
+        gain = np.copysign(self.max_acceleration, wanted - speed)
+        ramp = np.minimum((wanted - speed) / gain, times)  # (W, F) how long the speed changes
+        way = speed * ramp + 0.5 * gain * ramp**2 + wanted * (times - ramp)
+        turn = self._curvature(state) * way
+        course = state.heading[:, None] + 0.5 * turn
+        chord = way * np.sinc(turn / (2.0 * np.pi))
+        return state.position[:, None] + chord[:, :, None] * direction(course)
+
+    def _speed(self, state: RobotState) -> Floats:
+        """(W,) speed ahead [m/s]."""
+        return np.maximum((state.velocity * direction(state.heading)).sum(axis=-1), 0.0)
+
+    def _curvature(self, state: RobotState) -> Floats:
+        """(W, 1) turn per metre [rad/m]."""
+        return np.asarray(np.tan(state.command[:, 1:]) / self.wheelbase)
+
+
 def make_robot(config: CrowdNavConfig) -> Robot:
     """Returns the robot that `config.robot` names."""
     if config.robot == "unicycle":
         return Unicycle(config.max_speed, config.max_angular_speed)
+    if config.robot == "bicycle":
+        limits = config.max_acceleration, config.max_steering
+        return Bicycle(config.max_speed, *limits, config.wheelbase)
     return Holonomic(config.max_speed)
+
+
+def turning_limit(config: CrowdNavConfig) -> float:
+    """Returns the largest angular speed [rad/s]; 0 for a robot that does not turn."""
+    if config.robot == "bicycle":
+        return config.max_speed * math.tan(config.max_steering) / config.wheelbase
+    return config.max_angular_speed if config.robot == "unicycle" else 0.0
 
 
 def action_space(config: CrowdNavConfig) -> spaces.Box:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.ghosts import Ghosts
 from envs.sensor import Detections
 from envs.tracker import Rows
 
@@ -16,11 +17,17 @@ RESTLESSNESS = 1.0
 
 
 class TrackFilter:
-    """Smooths noisy positions, and extrapolates at constant velocity who is not detected.
+    """Smooths noisy positions, and carries on who is not detected.
+
+    Who was forecast when last detected goes on by that forecast, everybody else at constant
+    velocity.
 
     The gains of a long track are the steady ones of the Kalman filter for white acceleration
     (Kalata 1984, "The tracking index"), those of a young one the least-squares ones of a straight
     line through its detections. Without noise it hands detections on unchanged.
+
+    Attributes:
+        unseen: (W, N) updates since the last detection.
     """
 
     def __init__(self, worlds: int, *, dt: float, noise: float, memory: float):
@@ -38,32 +45,37 @@ class TrackFilter:
         self._position = np.zeros((worlds, 0, 2))
         self._velocity = np.zeros((worlds, 0, 2))
         self._hits = np.zeros((worlds, 0), dtype=np.int64)
-        self._unseen = np.zeros((worlds, 0), dtype=np.int64)
+        self.unseen = np.zeros((worlds, 0), dtype=np.int64)
         self._tracks = np.zeros((worlds, 0), dtype=np.int64)
 
     def restart(self, rows: NDArray[np.intp]) -> None:
         """Forgets all tracks of the worlds `rows`."""
         self._hits[rows] = 0
 
-    def update(self, rows: Rows, found: Detections) -> Detections:
+    def update(self, rows: Rows, found: Detections, ghosts: Ghosts | None = None) -> Detections:
         """Returns the tracks of the worlds `rows` after one more detection.
 
-        `seen` is True for all tracks that go on, detected or not.
+        `seen` is True for all tracks that go on, detected or not; `ghosts` knows where earlier
+        forecasts lead.
         """
         self._grow(found.seen.shape[1])
         hits = np.where(found.tracks == self._tracks[rows], self._hits[rows], 0)
         velocity = self._velocity[rows]
+        unseen = np.where(found.seen, 0, self.unseen[rows] + 1)
         predicted = self._position[rows] + velocity * self._dt
+        if ghosts is not None:
+            led, lead = ghosts.lead(rows, unseen)
+            velocity = np.where(led, (lead - self._position[rows]) / self._dt, velocity)
+            predicted = np.where(led, lead, predicted)
         residual = np.where(found.seen[..., None], found.position - predicted, 0.0)
         alpha, beta = self._gains(hits)
         fresh = (hits == 0)[..., None]
         position = np.where(fresh, found.position, predicted + alpha * residual)
-        unseen = np.where(found.seen, 0, self._unseen[rows] + 1)
         alive = found.seen | ((hits > 0) & (unseen <= self._patience))
         self._position[rows] = position
         self._velocity[rows] = np.where(fresh, 0.0, velocity + beta / self._dt * residual)
         self._hits[rows] = np.where(alive, hits + found.seen, 0)
-        self._unseen[rows] = unseen
+        self.unseen[rows] = unseen
         self._tracks[rows] = found.tracks
         return Detections(position, alive, found.tracks)
 
@@ -78,8 +90,8 @@ class TrackFilter:
         more = ((0, 0), (0, columns - self._hits.shape[1]))
         self._position = np.pad(self._position, (*more, (0, 0)))
         self._velocity = np.pad(self._velocity, (*more, (0, 0)))
-        self._hits, self._unseen, self._tracks = (
-            np.pad(values, more) for values in (self._hits, self._unseen, self._tracks)
+        self._hits, self.unseen, self._tracks = (
+            np.pad(values, more) for values in (self._hits, self.unseen, self._tracks)
         )
 
 

@@ -1,6 +1,6 @@
 """Forecasters as the environment takes them: by tracks, by the ground as well, or by foresight."""
 
 from envs.forecasters.choice import make_world_forecaster
-from envs.forecasters.situation import Situation, WorldForecaster
+from envs.forecasters.situation import Situation, WorldForecast, WorldForecaster
 
-__all__ = ["Situation", "WorldForecaster", "make_world_forecaster"]
+__all__ = ["Situation", "WorldForecast", "WorldForecaster", "make_world_forecaster"]

@@ -1,9 +1,11 @@
 """Constant velocity that knows the walls: all walk on as before and stop where one stands."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from crowdsim.lidar import cast_rays
-from envs.forecasters.situation import Floats, Situation
+from envs.forecasters.situation import Floats, Situation, WorldForecast
 from envs.forecasters.tracks import TrackForecaster
 from predictor.constant_velocity import ConstantVelocityForecaster
 
@@ -20,16 +22,17 @@ class ConstantVelocityMap:
     def restart(self, world: int, rng: np.random.Generator) -> None:
         """Has nothing to remember."""
 
-    def forecast(self, situation: Situation) -> Floats:
-        """Returns (R, F, N, 2) positions [m], as `WorldForecaster.forecast` says."""
-        path = self._straight.forecast(situation)
+    def forecast(self, situation: Situation) -> WorldForecast:
+        """Forecasts as `WorldForecaster.forecast` says, with the radii of constant velocity."""
+        straight = self._straight.forecast(situation)
+        path = straight.position
         for row, world in enumerate(situation.indices.tolist()):
             segments = situation.worlds.running(world).scenario.map.segments
             chosen = np.flatnonzero(situation.select[row])
             if len(segments) > 0 and len(chosen) > 0:
                 start = situation.history[row, -1, chosen]
                 path[row][:, chosen] = stop_at_walls(segments, start, path[row][:, chosen])
-        return path
+        return replace(straight, position=path)
 
 
 def stop_at_walls(segments: Floats, start: Floats, path: Floats) -> Floats:

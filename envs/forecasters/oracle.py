@@ -5,6 +5,7 @@ robot as it would move under the command that it has now. Only the robot's own l
 unknown, so that the oracle errs by what they change.
 """
 
+import math
 import re
 from dataclasses import dataclass, fields
 from typing import Self
@@ -13,9 +14,13 @@ import numpy as np
 
 from crowdsim.world import World
 from envs.config import CrowdNavConfig
-from envs.forecasters.situation import Floats, Situation
+from envs.forecasters.situation import Floats, Situation, WorldForecast
+from predictor.calibration import LEVEL
 
 NOISY_ORACLE = "oracle_noisy"
+
+NINE_IN_TEN = math.sqrt(-2.0 * math.log(1.0 - LEVEL))
+"""Radius around the centre of a round Gaussian that holds 0.9 of it, in standard deviations."""
 
 
 class Oracle:
@@ -29,8 +34,8 @@ class Oracle:
         """Forgets the fork of the last episode."""
         self._forks.pop(world, None)
 
-    def forecast(self, situation: Situation) -> Floats:
-        """Returns (R, F, N, 2) positions [m]; who leaves the scene stays where that happens."""
+    def forecast(self, situation: Situation) -> WorldForecast:
+        """Looks ahead, without any doubt; who leaves the scene stays where that happens."""
         config, state = self._config, situation.worlds.robots.rows(situation.indices)
         steps_per_frame = config.physics_steps * config.policy_steps_per_frame
         steps = config.forecast_steps * steps_per_frame
@@ -41,7 +46,7 @@ class Oracle:
             fork = self._fork(world, situation.worlds.running(world))
             columns = len(fork.ids)
             forecast[row, :, :columns] = _run(fork, commands[row], steps_per_frame)
-        return forecast
+        return WorldForecast(position=forecast, radius=np.zeros(frames))
 
     def _fork(self, world: int, running: World) -> World:
         """A fork in the state of `running`; to restore one is quicker than to build one."""
@@ -123,9 +128,9 @@ class NoisyOracle:
         self._oracle.restart(world, rng)
         self._rng[world] = rng
 
-    def forecast(self, situation: Situation) -> Floats:
-        """Returns (R, F, N, 2) positions [m], as `WorldForecaster.forecast` says."""
-        path = self._oracle.forecast(situation)
+    def forecast(self, situation: Situation) -> WorldForecast:
+        """Blurs what the oracle sees; the radii are those of `sigma` alone."""
+        path = self._oracle.forecast(situation).position
         now = situation.history[:, -1:]
         path = delayed(path, now, self._blur.delay / self._frame_dt)
         growth = np.arange(1.0, len(path[0]) + 1.0)[:, None, None] / len(path[0])
@@ -135,7 +140,7 @@ class NoisyOracle:
             own += self._blur.sigma * growth * rng.standard_normal((people, 2))
             dropped = rng.random(people) < self._blur.drop
             own[:, dropped] = now[row, :, :people][:, dropped]
-        return path
+        return WorldForecast(position=path, radius=NINE_IN_TEN * self._blur.sigma * growth[:, 0, 0])
 
 
 def delayed(path: Floats, now: Floats, frames: float) -> Floats:

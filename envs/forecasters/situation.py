@@ -44,11 +44,29 @@ class Situation:
     pictures: Sequence[Picture | None]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WorldForecast:
+    """The next F frames of R worlds, world frame; N pedestrian columns.
+
+    Attributes:
+        position: (R, F, N, 2) [m], finite; meaningless for who was not selected.
+        radius: (F,) within which 9 in 10 people are expected of their positions [m].
+        modes: (R, M, F, N, 2) other ways that they may go, the likeliest first [m]; None where
+            nobody asked for them.
+        probability: (R, M, N) of the modes; None likewise.
+    """
+
+    position: Floats
+    radius: Floats
+    modes: Floats | None = None
+    probability: Floats | None = None
+
+
 class WorldForecaster(Protocol):
     """Forecasts the pedestrians of several worlds at once."""
 
     def restart(self, world: int, rng: np.random.Generator) -> None:
         """Takes note that an episode begins in one world; `rng` is all its randomness."""
 
-    def forecast(self, situation: Situation) -> Floats:
-        """Returns (R, F, N, 2) positions [m], finite; meaningless for who is not selected."""
+    def forecast(self, situation: Situation) -> WorldForecast:
+        """Forecasts who is selected."""

@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from envs.forecasters.situation import Floats, Situation
-from predictor.forecaster import Forecaster
+from envs.forecasters.situation import Floats, Situation, WorldForecast
+from predictor.forecaster import CalibratedForecaster, Forecaster
+
+UNKNOWN_GROWTH = 0.45
+"""Radius per second ahead of forecasts whose error nobody has measured [m/s]."""
 
 
 class TrackForecaster:
@@ -11,12 +14,13 @@ class TrackForecaster:
 
     def __init__(self, forecaster: Forecaster):
         self._forecaster = forecaster
+        self._radius = radius_of(forecaster)
 
     def restart(self, world: int, rng: np.random.Generator) -> None:
         """Has nothing to remember."""
 
-    def forecast(self, situation: Situation) -> Floats:
-        """Returns (R, F, N, 2) positions [m], as `WorldForecaster.forecast` says."""
+    def forecast(self, situation: Situation) -> WorldForecast:
+        """Forecasts as `WorldForecaster.forecast` says."""
         history = np.concatenate((situation.history, situation.robot_history[:, :, None]), axis=2)
         valid = np.concatenate((situation.valid, situation.robot_valid[:, :, None]), axis=2)
         nobody = np.zeros((len(history), 1), dtype=np.bool_)
@@ -28,4 +32,11 @@ class TrackForecaster:
             [None if picture is None else picture.pixel_from_world for picture in pictures],
             np.concatenate((situation.select, nobody), axis=1),
         )  # (R, F, N + 1, 2)
-        return forecast[:, :, :-1]
+        return WorldForecast(position=forecast[:, :, :-1], radius=self._radius)
+
+
+def radius_of(forecaster: Forecaster) -> Floats:
+    """Returns the calibrated radii (F,) of a forecaster [m], or a guess if it has none."""
+    if isinstance(forecaster, CalibratedForecaster) and forecaster.radius is not None:
+        return forecaster.radius
+    return UNKNOWN_GROWTH * forecaster.frame_dt * np.arange(1.0, forecaster.forecast_steps + 1.0)

@@ -175,7 +175,8 @@ def test_configuration_decides_which_keys_there_are(scene):
     name = scene()
     with_map = gymnasium.make("crowdnav/CrowdNav-v0", scenario=name, observe_map=True)
     plain = gymnasium.make("crowdnav/CrowdNav-v0", scenario=name, forecaster="none")
-    assert set(with_map.observation_space) - set(plain.observation_space) == {"map", "forecast"}
+    more = set(with_map.observation_space) - set(plain.observation_space)
+    assert more == {"map", "forecast", "forecast_radius"}
     for env in (with_map, plain):
         assert set(watch(env, 1)) == set(env.observation_space)
 
