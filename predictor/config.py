@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 Variant = Literal["none", "patch"]
 VARIANTS: tuple[Variant, ...] = ("none", "patch")
 ModelName = Literal["iterative_attention", "history_mlp", "lstm", "social_lstm"]
-ConfigName = Literal["paper", "residual"]
+ConfigName = Literal["paper", "residual", "finetune"]
 Device = Literal["auto", "cpu", "cuda", "mps"]
 
 
@@ -234,13 +234,20 @@ RESIDUAL = (
 )
 """Corrections of constant velocity, trained on the goals that the model itself predicts."""
 
-CONFIGURATIONS: dict[str, tuple[ModelConfig, TrainConfig]] = {"paper": PAPER, "residual": RESIDUAL}
+FINETUNE = (RESIDUAL[0], replace(RESIDUAL[1], epochs=4, learning_rate=5e-4, recolor=0.0))
+"""Trained weights on to other crowds, with small steps; who is trained on keeps its palette."""
+
+CONFIGURATIONS: dict[str, tuple[ModelConfig, TrainConfig]] = {
+    "paper": PAPER,
+    "residual": RESIDUAL,
+    "finetune": FINETUNE,
+}
 
 
 def named_configuration(
     name: str, *, variant: Variant = "none", seed: int = 0, epochs: int | None = None
 ) -> tuple[ModelConfig, TrainConfig]:
-    """Look up `paper` or `residual` and set the few things that are chosen anew for each run.
+    """Look up one of `CONFIGURATIONS` and set the few things that are chosen anew for each run.
 
     Args:
         name: Key of `CONFIGURATIONS`.

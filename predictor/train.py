@@ -18,9 +18,10 @@ from predictor.checkpoint import save_checkpoint
 from predictor.config import Device, NetworkConfig, TrainConfig
 from predictor.datasets import describe, read_training
 from predictor.distributed import ALONE, Processes
+from predictor.initial_weights import continued_network, drawn_network
 from predictor.inputs import AgentInputs
 from predictor.model import loss
-from predictor.networks import Network, build_network, name_of
+from predictor.networks import Network, name_of
 from predictor.optimization import Optimization
 from predictor.scalars import scalar_writer
 from predictor.tensors import tensors
@@ -68,6 +69,7 @@ def train(
     out: Path,
     model: NetworkConfig,
     training: TrainConfig,
+    init: Path | None = None,
     resume: bool = False,
     device: Device = "auto",
     cache: Path | None = None,
@@ -87,6 +89,8 @@ def train(
         out: Folder to write to.
         model: What the network is.
         training: How it is trained.
+        init: Checkpoint of the same network to begin with, instead of weights drawn from the
+            seed. It stands for epoch 0, and is kept if no epoch is better on validation.
         resume: Go on where the training of `out` was killed; begin where there is none.
         device: Where to train; `auto` takes a GPU if there is one.
         cache: Folder of the cut windows, shared by runs; None takes `windows` beside `out`.
@@ -97,11 +101,17 @@ def train(
         processes: Who trains the same network on other rows of each batch; the first one writes.
 
     Raises:
-        FileNotFoundError: The data is not there.
-        ValueError: The data is unfit (no windows, another `dt`, a single recording), `out` holds
-            the state of another training, or TensorBoard is not installed.
+        FileNotFoundError: The data or `init` is not there.
+        ValueError: The data is unfit (no windows, another `dt`, a single recording), `init` is of
+            another network, `out` holds the state of another training, or TensorBoard is not
+            installed.
         FloatingPointError: The loss is no longer finite.
     """
+    network, sha256 = (
+        (drawn_network(model, training.seed), None)
+        if init is None
+        else continued_network(model, training.seed, init)
+    )
     train_recordings, validation_recordings = read_training(data)
     folder = out.parent / "windows" if cache is None else cache
     windows = cached_windows(folder, train_recordings, model, stride=training.stride)
@@ -109,6 +119,7 @@ def train(
     about = {
         "command": command,
         "training": asdict(training),
+        "init": None if init is None else {"checkpoint": str(init), "sha256": sha256},
         "data": {
             "source": data,
             "made_by": describe(data),
@@ -120,9 +131,6 @@ def train(
         "protocol": "windows of consecutive listed frames; agents present in all of them; "
         "epoch chosen by validation ade + fde / 2; forecasts with the predicted goal",
     }
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(training.seed)
-        network = build_network(model)
     return fit(
         network,
         windows,
@@ -130,6 +138,7 @@ def train(
         training,
         out=out,
         about=about,
+        init=sha256,
         resume=resume,
         device=chosen_device(device),
         tensorboard=tensorboard,
@@ -161,6 +170,7 @@ def fit(
     *,
     out: Path,
     about: dict[str, Any],
+    init: str | None = None,
     resume: bool = False,
     device: torch.device = CPU,
     tensorboard: bool = False,
@@ -170,14 +180,18 @@ def fit(
 ) -> TrainResult:
     """The epoch loop of `train`: from windows to checkpoints.
 
+    Weights that were trained elsewhere, of which `init` is the SHA-256, are validated first: they
+    are an epoch 0 without batches.
+
     Raises:
         ValueError: `out` holds the state of another training, or TensorBoard is not installed.
         FloatingPointError: The loss is no longer finite.
     """
     batches = math.ceil(len(windows) / training.batch_size)
     run = Optimization(network.to(device), training, batches, processes)
-    identity = _identity(network, windows, validation, training)
-    place = _beginning(run, out / FILE, identity, resume)
+    identity = {**_identity(network, windows, validation, training), "init": init}
+    start = Place() if init is None else Place(epoch=0, batch=batches)
+    place = _beginning(run, out / FILE, identity, start, resume)
     baseline = scores(constant_velocity_errors(validation))
     first, started, saved = place.step(batches), time.perf_counter(), time.monotonic()
     with (
@@ -236,12 +250,14 @@ def fit(
     )
 
 
-def _beginning(run: Optimization, path: Path, identity: dict[str, Any], resume: bool) -> Place:
-    """Where the training begins: where the state at `path` was taken, or at the first batch."""
+def _beginning(
+    run: Optimization, path: Path, identity: dict[str, Any], start: Place, resume: bool
+) -> Place:
+    """Where the training begins: where the state at `path` was taken, or at the start."""
     if not resume:
         path.unlink(missing_ok=True)
     if not path.exists():
-        return Place()
+        return start
     place, state = load_state(path, identity)
     run.load(state)
     return place

@@ -19,6 +19,7 @@ def train_predictor(
     horizon: PositiveNumber | None = None,
     epochs: PositiveInt | None = None,
     patience: PositiveInt | None = None,
+    init: Path | None = None,
     out: Path = Path("runs/predictor"),
     resume: bool = False,
     device: Device = "auto",
@@ -34,14 +35,17 @@ def train_predictor(
     Args:
         data: Folder written by `crowdnav generate`, or `eth_ucy:FOLD`, or `FOLDER:FOLD` where
             FOLDER holds the ETH/UCY data and FOLD is eth, hotel, univ, zara1 or zara2, or `sdd` or
-            the folder of that data.
+            the folder of that data; with `@drawn` behind real data, its masks drawn in the palette
+            of simulated maps take the place of the photographs.
         model: The iterative-attention network or a baseline.
         variant: What the network sees of the map: nothing, or patches of the picture.
-        config_name: Model and training of the paper, or corrections of constant velocity.
+        config_name: Model and training of the paper, or corrections of constant velocity, and
+            `finetune` to train the weights of those on with small steps.
         horizon: How far one pass of the network forecasts [s], instead of the configuration's own
             4.8; a multiple of 0.4.
         epochs: Passes over the data, instead of the configuration's own number.
         patience: Stop after so many epochs that were no better on validation.
+        init: Checkpoint of the same network to begin with; it is kept if no epoch is better.
         out: Folder of the checkpoints.
         resume: Go on where the training of this folder was killed.
         device: Where to train; `auto` takes a GPU if there is one.
@@ -65,12 +69,14 @@ def train_predictor(
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
     words += [] if horizon is None else ["--horizon", str(horizon)]
     words += [] if patience is None else ["--patience", str(patience)]
+    words += [] if init is None else ["--init", str(init)]
     with resumable(), joined_processes() as processes:
         found = train(
             data=data,
             out=out,
             model=network,
             training=training,
+            init=init,
             resume=resume,
             device=device,
             cache=cache,

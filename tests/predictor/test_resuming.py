@@ -1,5 +1,6 @@
 """A training that was killed goes on as if nothing had happened."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from hand_made_crowds import walkers
 
 from crowdsim.recordings import write_recordings
 from predictor.config import ModelConfig, TrainConfig, named_configuration
+from predictor.initial_weights import continued_network
 from predictor.train import train
 from predictor.training_state import FILE, Place, batch_generator, epoch_order
 
@@ -53,6 +55,7 @@ def run(
     resume: bool = False,
     save_seconds: float = 60.0,
     how: TrainConfig | None = None,
+    init: Path | None = None,
 ) -> bytes:
     """The weights after three epochs of five batches, with dropout and everything random."""
     found = train(
@@ -60,6 +63,7 @@ def run(
         out=folder / out,
         model=SMALL,
         training=training() if how is None else how,
+        init=init,
         resume=resume,
         device="cpu",
         save_seconds=save_seconds,
@@ -126,3 +130,24 @@ def test_draws_of_a_batch_and_of_the_order_are_streams_of_their_own() -> None:
     first += [batch_generator(0, 2, 0).random(), batch_generator(1, 1, 0).random()]
     assert len(set(first)) == 4
     assert not np.array_equal(epoch_order(64, 0, 1), epoch_order(64, 0, 2))
+
+
+def test_trained_weights_are_epoch_0_and_part_of_what_is_gone_on_with(folder: Path) -> None:
+    """Steps too large to learn by leave the initial weights the best."""
+    run(folder, "first")
+    init = folder / "first" / "best.safetensors"
+    hopeless = training(learning_rate=0.5)
+    kept = run(folder, "second", how=hopeless, init=init)
+    assert kept.startswith(init.read_bytes())
+    about = json.loads((folder / "second" / "best.json").read_text())
+    assert about["metrics"]["epoch"] == 0
+    assert about["init"]["sha256"] == json.loads(init.with_suffix(".json").read_text())["sha256"]
+    assert run(folder, "second", how=hopeless, init=init, resume=True) == kept
+    with pytest.raises(ValueError, match=r"expected the same training.*init"):
+        run(folder, "second", how=hopeless, resume=True)
+
+
+def test_weights_of_another_network_are_refused(folder: Path) -> None:
+    run(folder, "plain")
+    with pytest.raises(ValueError, match="the same network, found latents 2 there, 3 here"):
+        continued_network(replace(SMALL, latents=3), 0, folder / "plain")
