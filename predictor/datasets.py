@@ -109,6 +109,13 @@ def read_tests(data: str) -> dict[str, list[Recording]]:
     return {names[0]: _read_simulated(place, drawn)}
 
 
+def drawn_name(data: str) -> str:
+    """Name of the same crowds where their maps are drawn; those of simulated crowds always are."""
+    place, _ = _split_drawn(data)
+    real = _split_fold(place)[1] is not None or _is_sdd(place) or fold_names(data) == ETH_UCY_FOLDS
+    return place + DRAWN if real else data
+
+
 def fold_names(data: str) -> tuple[str, ...]:
     """The folds that `read_tests` reads; nothing is read for it."""
     data, _ = _split_drawn(data)

@@ -7,14 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings import Recording
-from predictor.calibration import LEVEL
 from predictor.datasets import read_tests, unit_of, usual_min_ped
 from predictor.forecaster import Forecaster
+from predictor.grounds import Ground, read_grounds
 from predictor.metrics import MOVING_DISPLACEMENT, ade, fde
 from predictor.trajectory_errors import TrajectoryErrors, trajectory_errors
 
 MIN_PED: Final = (1, 0)
 """Windows count with more than so many agents; the first is the one of the Social-GAN loader."""
+
+ERRORS: Final = ("ade", "fde")
+"""Stand in every row, None where there is no trajectory."""
+
+COUNTS: Final = ("n", "windows")
+"""Have no mean over folds."""
 
 
 def evaluate(
@@ -29,7 +35,7 @@ def evaluate(
         progress: Show a progress bar.
 
     Returns:
-        As `evaluate_folds`.
+        As `tables`.
 
     Raises:
         FileNotFoundError: The data is not there.
@@ -38,7 +44,9 @@ def evaluate(
     limit = checked_min_ped(min_ped, data)
     tests = read_tests(data)
     everywhere = dict.fromkeys(tests, forecaster)
-    return evaluate_folds(everywhere, tests, data=data, min_ped=limit, progress=progress)
+    grounds = read_grounds(data, tests)
+    errors = errors_of_folds(everywhere, tests, data=data, grounds=grounds, progress=progress)
+    return tables(errors, forecaster, data=data, min_ped=limit)
 
 
 def checked_min_ped(min_ped: int | None, data: str) -> int:
@@ -52,63 +60,74 @@ def checked_min_ped(min_ped: int | None, data: str) -> int:
     return usual_min_ped(data) if min_ped is None else min_ped
 
 
-def evaluate_folds(
+def errors_of_folds(
     forecasters: Mapping[str, Forecaster],
     tests: Mapping[str, Sequence[Recording]],
     *,
     data: str,
-    min_ped: int,
+    grounds: Mapping[str, Ground],
     progress: bool = False,
-) -> dict[str, Any]:
+) -> dict[str, TrajectoryErrors]:
     """Errors on the test part of each fold, of the forecaster that never saw it.
 
     Args:
         forecasters: What to test, by fold.
         tests: Recordings to test on, by fold.
         data: Where they come from, as `predictor.datasets.read_tests`.
-        min_ped: Which table stands at the top level; 0 or 1.
+        grounds: Of the recordings, as `predictor.grounds.read_grounds`.
         progress: Show a progress bar.
+
+    Raises:
+        ValueError: The data is unfit.
+    """
+    return {
+        fold: trajectory_errors(
+            forecasters[fold], recordings, unit=unit_of(data), grounds=grounds, progress=progress
+        )
+        for fold, recordings in tests.items()
+    }
+
+
+def tables(
+    errors: Mapping[str, TrajectoryErrors], forecaster: Forecaster, *, data: str, min_ped: int
+) -> dict[str, Any]:
+    """Rows for the folds and their mean, with the protocol.
+
+    Args:
+        errors: By fold.
+        forecaster: That made them, or one of those that did.
+        data: As `predictor.datasets.read_tests`.
+        min_ped: Which table stands at the top level; 0 or 1.
 
     Returns:
         JSON-able `{"folds": {fold: row}, "mean": row, "protocol": {...}, "min_ped_0": {"folds",
         "mean"}, "min_ped_1": {"folds", "mean"}}`. A row has `ade`, `fde` (in the protocol's
         `unit`), `n` trajectories, `windows`, `error_per_step` and `moving` (`ade`, `fde`, `n`,
-        `share`), and of a calibrated forecaster `coverage@0.9` and `radius_mean` [m], both also
-        per step. The mean is over folds, unweighted.
-
-    Raises:
-        ValueError: The data is unfit.
+        `share`); the measures of `TrajectoryErrors` that are known, by their names and those of
+        each step as `..._per_step`; and of a calibrated forecaster `radius_mean` and
+        `radius_per_step` [m]. The mean is over folds, unweighted.
     """
-    unit = unit_of(data)
-    found = {
-        fold: trajectory_errors(forecasters[fold], recordings, unit=unit, progress=progress)
-        for fold, recordings in tests.items()
-    }
-    tables = {limit: _table(found, limit) for limit in MIN_PED}
-    one = next(iter(forecasters.values()))
+    by_limit = {limit: _table(errors, limit) for limit in MIN_PED}
     protocol = {
-        "forecaster": one.name,
+        "forecaster": forecaster.name,
         "data": data,
-        "unit": unit,
-        "history_steps": one.history_steps,
-        "forecast_steps": one.forecast_steps,
-        "frame_dt": one.frame_dt,
+        "unit": unit_of(data),
+        "history_steps": forecaster.history_steps,
+        "forecast_steps": forecaster.forecast_steps,
+        "frame_dt": forecaster.frame_dt,
         "window": "consecutive listed frames, stride 1; agents are present in all of them",
         "min_ped": min_ped,
         "samples": 1,
         "moving": f"at least {MOVING_DISPLACEMENT} m between first and last frame of the window",
         "mean": "unweighted over folds",
     }
-    both = {f"min_ped_{limit}": table for limit, table in tables.items()}
-    return {**tables[min_ped], "protocol": protocol, **both}
+    both = {f"min_ped_{limit}": table for limit, table in by_limit.items()}
+    return {**by_limit[min_ped], "protocol": protocol, **both}
 
 
-def _table(found: dict[str, TrajectoryErrors], min_ped: int) -> dict[str, Any]:
+def _table(found: Mapping[str, TrajectoryErrors], min_ped: int) -> dict[str, Any]:
     folds = {fold: _row(errors, min_ped) for fold, errors in found.items()}
-    rows = list(folds.values())
-    mean = {key: _mean([row[key] for row in rows]) for key in ("ade", "fde")}
-    moving = {key: _mean([row["moving"][key] for row in rows]) for key in ("ade", "fde")}
-    return {"folds": folds, "mean": {**mean, "moving": moving}}
+    return {"folds": folds, "mean": _mean_row(list(folds.values()))}
 
 
 def _row(found: TrajectoryErrors, min_ped: int) -> dict[str, Any]:
@@ -122,20 +141,8 @@ def _row(found: TrajectoryErrors, min_ped: int) -> dict[str, Any]:
             **_average(errors[moving]),
             "share": float(moving.mean()) if len(moving) > 0 else None,
         },
-        **_calibration(found, counted),
-    }
-
-
-def _calibration(found: TrajectoryErrors, counted: NDArray[np.bool_]) -> dict[str, Any]:
-    """How often the truth lay within the radii that the forecaster expects; nothing without."""
-    if found.within is None or found.radius is None or not counted.any():
-        return {}
-    within = found.within[counted]
-    return {
-        f"coverage@{LEVEL}": float(within.mean()),
-        "coverage_per_step": within.mean(axis=0).tolist(),
-        "radius_mean": float(found.radius.mean()),
-        "radius_per_step": found.radius.tolist(),
+        **_measured(found, counted),
+        **_expected(found),
     }
 
 
@@ -145,7 +152,38 @@ def _average(errors: NDArray[np.float64]) -> dict[str, Any]:
     return {"ade": ade(errors), "fde": fde(errors), "n": len(errors)}
 
 
-def _mean(values: Sequence[float | None]) -> float | None:
-    """Mean of the folds that have a value; JSON knows no NaN."""
+def _measured(found: TrajectoryErrors, counted: NDArray[np.bool_]) -> dict[str, Any]:
+    """Mean of each measure over what is known of it, and per step; what is never known is out."""
+    row: dict[str, Any] = {}
+    for name, values in found.measures.items():
+        known = values[counted]
+        if np.isfinite(known).any(axis=0).all() and len(known) > 0:
+            row[name] = float(np.nanmean(known))
+            if known.ndim == 2:
+                row[f"{name.partition('@')[0]}_per_step"] = np.nanmean(known, axis=0).tolist()
+    return row
+
+
+def _expected(found: TrajectoryErrors) -> dict[str, Any]:
+    """The radii that a calibrated forecaster expects to hold [m]; nothing of another."""
+    if found.radius is None:
+        return {}
+    return {
+        "radius_mean": float(found.radius.mean()),
+        "radius_per_step": found.radius.tolist(),
+    }
+
+
+def _mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Unweighted over the folds that know a value, of all that is no count; moving as well."""
+    keys = dict.fromkeys(key for row in rows for key in row)
+    mean = {key: _mean([row.get(key) for row in rows]) for key in keys if key not in COUNTS}
+    return {key: value for key, value in mean.items() if value is not None or key in ERRORS}
+
+
+def _mean(values: Sequence[Any]) -> Any:
+    """Mean of the folds that have a value, or of their nested rows; JSON knows no NaN."""
     known = [value for value in values if value is not None]
-    return float(np.mean(known)) if known else None
+    if known and isinstance(known[0], dict):
+        return _mean_row(known)
+    return np.mean(known, axis=0).tolist() if known else None

@@ -1,10 +1,18 @@
 """Errors of forecasts against what people then did."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 MOVING_DISPLACEMENT = 0.5
 """An agent moves if it ends a window of history and future this far from where it began [m]."""
+
+MISS_DISTANCE: Final = 2.0
+"""A forecast that ends further than this from the truth misses [m] (Chang et al. 2019)."""
+
+CONTACT_DISTANCE: Final = 0.2
+"""Two people nearer than this collide [m]: twice the radius that TrajNet++ gives a person."""
 
 
 def displacement_errors(
@@ -39,3 +47,32 @@ def moves(history: NDArray[np.float64], future: NDArray[np.float64]) -> NDArray[
     """
     displacement = np.linalg.norm(future[-1] - history[0], axis=-1)
     return np.asarray(displacement >= MOVING_DISPLACEMENT)
+
+
+def misses(errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(M,) 1 where (M, F) errors [m] end further than `MISS_DISTANCE` from the truth, else 0."""
+    return np.where(errors[:, -1] > MISS_DISTANCE, 1.0, 0.0)
+
+
+def collides(
+    path: NDArray[np.float64], others: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Who comes within `CONTACT_DISTANCE` of somebody else, as TrajNet++ tells collisions.
+
+    Looked at are the steps of the paths and the middles between them (Kothari, Kreiss and Alahi
+    2021; `trajnetplusplustools.metrics.collision` with its defaults).
+
+    Args:
+        path: (F, A, 2) positions [m].
+        others: (F, A, 2) positions of the same people to be met instead, where somebody's own are
+            left out; None takes `path`.
+
+    Returns:
+        (A,) 1 or 0; NaN for one person alone, who can meet nobody.
+    """
+    steps = path[:, :, None] - (path if others is None else others)[:, None]  # (F, A, A, 2)
+    looked_at = np.concatenate([steps, (steps[1:] + steps[:-1]) / 2.0])
+    distance = np.linalg.norm(looked_at, axis=-1).min(axis=0)  # (A, A)
+    np.fill_diagonal(distance, np.inf)
+    met = (distance <= CONTACT_DISTANCE).any(axis=1)
+    return np.where(len(distance) > 1, met, np.nan)

@@ -1,6 +1,6 @@
 """Forecasts of every agent of every window of some recordings, against what people then did."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Final
@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from crowdsim.recordings import Recording
+from predictor.calibration import LEVEL
 from predictor.datasets import Unit
 from predictor.forecaster import CalibratedForecaster, Forecaster
-from predictor.metrics import displacement_errors, moves
+from predictor.grounds import Ground
+from predictor.inputs import agent_direction, seen_along
+from predictor.metrics import collides, displacement_errors, misses, moves
 from predictor.scenes import Scene, scenes
 
 WORLDS: Final = 32
@@ -21,23 +24,26 @@ WORLDS: Final = 32
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrajectoryErrors:
-    """Errors of M forecast trajectories.
+    """What was measured of M forecast trajectories.
 
     Attributes:
         errors: (M, F) displacement errors, in metres or pixels.
+        final_offset: (M, 2) forecast minus truth at the last step, in the frame of the agent [m].
         moving: (M,) bool, who moves in its window (`metrics.moves`).
         agents: (M,) agents in the window of each trajectory.
         windows: (M,) number of the window.
+        measures: Further metrics by their names, (M,) or (M, F) each, NaN where one cannot be
+            told; their means are what a table shows.
         radius: (F,) how far from the truth the forecaster expects to stay [m], if it does.
-        within: (M, F) bool, who stayed within that radius; None without one.
     """
 
     errors: NDArray[np.float64]
+    final_offset: NDArray[np.float64]
     moving: NDArray[np.bool_]
     agents: NDArray[np.int64]
     windows: NDArray[np.int64]
+    measures: dict[str, NDArray[np.float64]]
     radius: NDArray[np.float64] | None
-    within: NDArray[np.bool_] | None
 
 
 def trajectory_errors(
@@ -45,6 +51,7 @@ def trajectory_errors(
     recordings: Sequence[Recording],
     *,
     unit: Unit = "m",
+    grounds: Mapping[str, Ground] | None = None,
     progress: bool = False,
 ) -> TrajectoryErrors:
     """Forecast every agent of every window of some recordings.
@@ -53,6 +60,7 @@ def trajectory_errors(
         forecaster: What to test.
         recordings: On what.
         unit: `px` tells errors in pixels of the pictures of the recordings.
+        grounds: Where one can walk, by the names of recordings; None knows it of none.
         progress: Show a progress bar.
 
     Raises:
@@ -60,26 +68,80 @@ def trajectory_errors(
             recording has no picture.
     """
     radius = forecaster.radius if isinstance(forecaster, CalibratedForecaster) else None
-    errors, metres, moving, agents = [], [], [], []
+    known = {} if grounds is None else grounds
+    parts: list[TrajectoryErrors] = []
     bar = tqdm(desc=recordings[0].name, unit="window", disable=not progress)
     for chunk in _chunks(_all_scenes(forecaster, recordings)):
         for scene, forecast in zip(chunk, forecast_scenes(forecaster, chunk), strict=True):
-            metres.append(displacement_errors(forecast, scene.future).T)
-            errors.append(displacement_errors(*_in(unit, scene, forecast, scene.future)).T)
-            moving.append(moves(scene.history[:, scene.agents], scene.future))
-            agents.append(len(scene.agents))
+            measures = _measures(scene, forecast, radius, known.get(scene.recording.name))
+            parts.append(_of_scene(scene, forecast, unit, measures, number=len(parts)))
         bar.update(len(chunk))
     bar.close()
-    if not errors:
+    if not parts:
         raise ValueError(f"expected people to forecast in {recordings[0].name}…, found none")
-    return TrajectoryErrors(
-        errors=np.concatenate(errors),
-        moving=np.concatenate(moving),
-        agents=np.repeat(agents, agents),
-        windows=np.repeat(np.arange(len(agents)), agents),
-        radius=radius,
-        within=None if radius is None else np.concatenate(metres) <= radius,
+    return _joined(parts, radius)
+
+
+def _of_scene(
+    scene: Scene,
+    forecast: NDArray[np.float64],
+    unit: Unit,
+    measures: dict[str, NDArray[np.float64]],
+    *,
+    number: int,
+) -> TrajectoryErrors:
+    agents = len(scene.agents)
+    history, valid = scene.history[:, scene.agents], scene.valid[:, scene.agents]
+    final = seen_along(
+        forecast[-1] - scene.future[-1], agent_direction(history, valid), np.ones(agents, np.bool_)
     )
+    return TrajectoryErrors(
+        errors=displacement_errors(*_in(unit, scene, forecast, scene.future)).T,
+        final_offset=final.astype(np.float64),
+        moving=moves(history, scene.future),
+        agents=np.full(agents, agents),
+        windows=np.full(agents, number),
+        measures=measures,
+        radius=None,
+    )
+
+
+def _measures(
+    scene: Scene,
+    forecast: NDArray[np.float64],
+    radius: NDArray[np.float64] | None,
+    ground: Ground | None,
+) -> dict[str, NDArray[np.float64]]:
+    """Metrics besides the errors: (A,) or (A, F) each, by the names they have in a table."""
+    errors = displacement_errors(forecast, scene.future).T  # (A, F)
+    found = {
+        "miss_rate@2m": misses(errors),
+        "collision_1": collides(forecast),
+        "collision_2": collides(forecast, scene.future),
+        "collision_truth": collides(scene.future),
+    }
+    if ground is not None:
+        found["off_walkable"] = ground.is_off(forecast).T
+        found["off_walkable_truth"] = ground.is_off(scene.future).T
+    if radius is not None:
+        found[f"coverage@{LEVEL}"] = (errors <= radius).astype(np.float64)
+    return found
+
+
+def _joined(
+    parts: Sequence[TrajectoryErrors], radius: NDArray[np.float64] | None
+) -> TrajectoryErrors:
+    """The trajectories of all scenes; a measure that some scenes lack is unknown there."""
+    names = ("errors", "final_offset", "moving", "agents", "windows")
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    shapes = {key: array.shape[1:] for part in parts for key, array in part.measures.items()}
+    measures = {
+        key: np.concatenate(
+            [part.measures.get(key, np.full((len(part.errors), *shape), np.nan)) for part in parts]
+        )
+        for key, shape in shapes.items()
+    }
+    return TrajectoryErrors(**arrays, measures=measures, radius=radius)
 
 
 def _in(unit: Unit, scene: Scene, *points: NDArray[np.float64]) -> list[NDArray[np.float64]]:

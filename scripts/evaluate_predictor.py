@@ -43,8 +43,8 @@ def evaluate_predictor(
     found = compare(
         forecaster, data, seeds=[seed + s for s in seeds], min_ped=min_ped, progress=True
     )
-    print_errors(found)
-    write_json(json, found)
+    print_errors(found.table)
+    write_json(json, found.table)
 
 
 def print_errors(found: dict[str, Any]) -> None:

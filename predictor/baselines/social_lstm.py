@@ -22,12 +22,15 @@ class SocialLstmConfig(NetworkConfig):
     """What Social-LSTM is.
 
     Attributes:
+        neighbors: People besides the agent (K). The grid reaches 2 m, where more are rare; each
+            costs as much as the agent.
         embedding: Size of an embedded displacement, and of an embedded grid (E).
         hidden: Size of the hidden state (D).
         grid: Cells along one side of the grid.
         cell_side: Side of one cell [m].
     """
 
+    neighbors: int = 4
     embedding: int = 32
     hidden: int = 64
     grid: int = 4

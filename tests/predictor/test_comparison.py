@@ -25,7 +25,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_columns_are_what_each_forecaster_gives_alone(folder: Path) -> None:
     spec, data = str(folder / "mlp-{fold}-{seed}"), str(folder / "crowds")
-    found = compare([spec], data, seeds=[3, 4, 5])
+    found = compare([spec], data, seeds=[3, 4, 5]).table
     assert list(found["columns"]) == ["constant_velocity", spec]
     tables = {}
     for name in ("constant_velocity", *(str(folder / f"mlp-crowds-{s}") for s in (3, 4, 5))):
