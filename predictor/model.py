@@ -37,10 +37,7 @@ class Attention(nn.Module):
 
     def forward(self, latents: Tensor, tokens: Tensor, mask: Tensor | None = None) -> Tensor:
         """Read (B, S, C) tokens into (B, L, C); `mask` (B, S) is True where a token may be read."""
-        b, n, c = latents.shape
-        query = self.query(latents).view(b, n, self.heads, -1).transpose(1, 2)  # (B, H, L, D)
-        key_value = self.key_value(tokens).view(b, -1, 2, self.heads, c // self.heads)
-        key, value = key_value.permute(2, 0, 3, 1, 4)  # 2 x (B, H, S, D)
+        query, key, value = self.project(latents, tokens)
         read = F.scaled_dot_product_attention(
             query,
             key,
@@ -48,8 +45,16 @@ class Attention(nn.Module):
             attn_mask=None if mask is None else mask[:, None, None, :],
             dropout_p=self.dropout_rate if self.training else 0.0,
         )
-        joined = self.output(read.transpose(1, 2).reshape(b, n, c))  # (B, L, C)
+        joined = self.output(read.transpose(1, 2).flatten(2))  # (B, L, C)
         return F.dropout(joined, self.dropout_rate, self.training)
+
+    def project(self, latents: Tensor, tokens: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Queries (B, H, L, D) of latents (B, L, C), keys and values (B, H, S, D) of tokens."""
+        b, n, c = latents.shape
+        query = self.query(latents).view(b, n, self.heads, -1).transpose(1, 2)  # (B, H, L, D)
+        key_value = self.key_value(tokens).view(b, -1, 2, self.heads, c // self.heads)
+        key, value = key_value.permute(2, 0, 3, 1, 4)  # 2 x (B, H, S, D)
+        return query, key, value
 
 
 class CrossAttention(nn.Module):
