@@ -1,17 +1,19 @@
 """`crowdnav evaluate-predictor`: displacement errors of forecasters on recorded crowds."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 from jsonargparse.typing import NonNegativeInt
 
-from scripts.options import Names, Seeds
+from scripts.options import Names, PositiveNumber, Seeds
 from scripts.output import require_file, write_json
 
 
 def evaluate_predictor(
     forecaster: Names = Names("iterative_attention"),
     data: str = "eth_ucy",
+    horizon: PositiveNumber = 4.8,
     min_ped: Literal[0, 1] | None = None,
     json: Path | None = None,
     seeds: Seeds = Seeds("1"),
@@ -19,17 +21,20 @@ def evaluate_predictor(
 ) -> None:
     """Measure forecasters on recorded crowds, by the protocol of the literature.
 
-    Windows of 8 + 12 consecutive listed frames, stride 1, one forecast for each agent; the mean is
-    over folds. Constant velocity stands beside every forecaster, and rows of agents that move
-    below those of all.
+    Windows of 8 + 12 (or another horizon) consecutive listed frames, stride 1, one forecast for
+    each agent; the mean is over folds. Constant velocity stands beside every forecaster, and rows
+    of agents that move below those of all.
 
     Args:
         forecaster: The columns of the table, separated by commas: `constant_velocity`,
             `iterative_attention` (the bundled weights), or the folder of a checkpoint, where
-            `{fold}` and `{seed}` stand for each fold and each seed; with `@no_map` behind it a
-            network is shown no picture.
+            `{fold}` and `{seed}` stand for each fold and each seed; `@no_map`, `@blank_map`,
+            `@rotated_map`, `@wrong_map`, `@no_neighbors` or `@no_history` behind it say what a
+            network is not shown, or shown wrongly.
         data: `eth_ucy` or a folder with that data (its five folds), `FOLDER:FOLD` (one of them),
             `sdd` or a folder with that data (in pixels), or one written by `crowdnav generate`.
+        horizon: How far to forecast [s]; a multiple of 0.4. Beyond what a network was trained for
+            it is rolled on its own forecasts.
         min_ped: Only windows with more agents than this count in the printed table; the JSON file
             has both. 1 if not given, 0 for SDD: what the literature does.
         json: File for the table.
@@ -39,9 +44,15 @@ def evaluate_predictor(
     """
     require_file(json)
     from predictor.comparison import compare
+    from predictor.forecaster import make_forecaster
 
     found = compare(
-        forecaster, data, seeds=[seed + s for s in seeds], min_ped=min_ped, progress=True
+        forecaster,
+        data,
+        seeds=[seed + s for s in seeds],
+        min_ped=min_ped,
+        make=partial(make_forecaster, horizon=horizon),
+        progress=True,
     )
     print_errors(found.table)
     write_json(json, found.table)
