@@ -1,9 +1,13 @@
-"""How far a forecast may be off: split-conformal radii, one for each step.
+"""How far a forecast may be off: split-conformal radii and scaled covariances, for each step.
 
 The radius of a step is the quantile of the validation errors that holds the error of one more
 window with probability `LEVEL`, if that window is drawn like those (J. Lei et al.,
 "Distribution-Free Predictive Inference for Regression", 2018). Windows overlap and other places
 differ, so how often it does hold is measured wherever forecasts are evaluated (`coverage@0.9`).
+
+Covariances of modes are scaled by one factor for each step, the temperature that makes what then
+happened on validation most likely (C. Guo et al., "On Calibration of Modern Neural Networks",
+2017).
 """
 
 import math
@@ -12,7 +16,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from predictor.modal_forecast import ModalForecast, scaled
+from predictor.modal_metrics import nll
+
 LEVEL: Final = 0.9
+TEMPERATURES: Final = np.geomspace(0.25, 4.0, 57)
+"""Candidates for the factor on covariances, 5 % apart."""
 
 
 def conformal_radius(errors: NDArray[np.float64], level: float = LEVEL) -> NDArray[np.float64]:
@@ -25,6 +34,17 @@ def calibration(errors: NDArray[np.float64]) -> dict[str, Any]:
     """What a checkpoint keeps of (M, F) validation errors [m], JSON-able."""
     radius = conformal_radius(errors)
     return {"coverage": LEVEL, "radius": radius.tolist(), "windows": len(errors)}
+
+
+def temperatures(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(F,) factors on the covariances of each step with the least `nll`.
+
+    Args:
+        forecast: Of M validation windows, as if they were the people of one world.
+        future: (F, M, 2) true positions in the same frame [m].
+    """
+    found = [nll(scaled(forecast, factor), future).mean(axis=1) for factor in TEMPERATURES]
+    return np.asarray(TEMPERATURES[np.argmin(found, axis=0)])
 
 
 def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64] | None:
@@ -47,3 +67,23 @@ def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64]
             f"expected a calibration of {forecast_steps} radii for coverage {LEVEL}, found {kept}"
         )
     return radius
+
+
+def temperature_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64]:
+    """The (F,) factors on covariances that the description of a checkpoint holds; 1 without.
+
+    Raises:
+        ValueError: They are not F positive numbers.
+    """
+    kept = about.get("calibration")
+    if not isinstance(kept, dict) or "temperature" not in kept:
+        return np.ones(forecast_steps)
+    try:
+        temperature = np.array(kept["temperature"], dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"expected a calibration with temperatures, found {kept}") from error
+    if temperature.shape != (forecast_steps,) or not (temperature > 0.0).all():
+        raise ValueError(
+            f"expected a calibration of {forecast_steps} temperatures, found {temperature.tolist()}"
+        )
+    return temperature

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from crowdsim.recordings import FRAME_DT
 from predictor.ablation import ENDINGS, split_endings
 from predictor.constant_velocity import ConstantVelocityForecaster
+from predictor.modal_forecast import ModalForecast
 
 BUNDLED_WEIGHTS = Path(__file__).parent / "weights" / "iterative_attention.safetensors"
 """Weights trained on synthetic crowds; the JSON beside them says how."""
@@ -69,6 +70,35 @@ class CalibratedForecaster(Protocol):
     """
 
     radius: NDArray[np.float64] | None
+
+
+@runtime_checkable
+class ModalForecaster(Protocol):
+    """A forecaster that may know several futures of each person.
+
+    Attributes:
+        modes: How many (M); 0 where it knows one only.
+    """
+
+    modes: int
+
+    def forecast_modes(
+        self,
+        history: NDArray[np.float64],
+        valid: NDArray[np.bool_],
+        map_images: Sequence[NDArray[np.uint8] | None] | NDArray[np.uint8] | None = None,
+        pixel_from_world: Sequence[NDArray[np.float64] | None] | NDArray[np.float64] | None = None,
+        select: NDArray[np.bool_] | None = None,
+    ) -> ModalForecast:
+        """Forecast several futures, and with them the one of `Forecaster.forecast`.
+
+        The arguments are those of `Forecaster.forecast`; who asks for both asks here only, as the
+        network is then run once.
+
+        Raises:
+            ValueError: As `Forecaster.forecast`, or `modes` is 0.
+        """
+        ...
 
 
 def steps_of(horizon: float, frame_dt: float = FRAME_DT) -> int:

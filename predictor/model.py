@@ -14,7 +14,7 @@ import torch.nn.functional as F  # noqa: N812
 from torch import Tensor, nn
 
 from predictor.config import ModelConfig
-from predictor.modes import ModeDecoder
+from predictor.modes import ModeDecoder, Modes
 from predictor.tensors import start_path
 
 
@@ -164,7 +164,7 @@ class PatchEncoder(nn.Module):
 
     def forward(self, crop: Tensor) -> Tensor:
         """Encode (B, S, S, 3) uint8 pictures as tokens (B, P, C)."""
-        b, size, px = len(crop), crop.shape[1], self.patch_px
+        (b, size), px = crop.shape[:2], self.patch_px
         grid = crop.view(b, size // px, px, size // px, px, 3).transpose(2, 3)
         patches = grid.reshape(b, -1, 3 * px**2).float() / 255.0 - 0.5  # (B, P, 3 px^2)
         tokens: Tensor = self.linear(patches) + self.position_code
@@ -254,7 +254,7 @@ class IterativeAttention(nn.Module):
         self, history: Tensor, history_valid: Tensor, neighbors: Tensor, neighbors_valid: Tensor
     ) -> tuple[Tensor, dict[str, tuple[Tensor, Tensor]]]:
         """The latents (B, L, C) before the first block, and the streams of people to read."""
-        latents = self.latents.expand(len(history), -1, -1)
+        latents = self.latents.expand(history.shape[0], -1, -1)
         if self.pose_encoder is not None:
             return latents, {
                 "history": (self.pose_encoder(history), history_valid),
@@ -268,7 +268,7 @@ class IterativeAttention(nn.Module):
         self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None = None
     ) -> tuple[Tensor, Tensor]:
         """Goal (B, 2) and path (B, F, 2) from latents (B, L, C); arguments as of `forward`."""
-        config, b = self.config, len(latents)
+        config, b = self.config, latents.shape[0]
         start = start_path(last_step, config)  # (B, F, 2)
         goal = self.goal_decoder(latents.flatten(1)) + start[:, -1]  # (B, 2)
         towards = goal if true_goal is None else true_goal
@@ -279,6 +279,22 @@ class IterativeAttention(nn.Module):
             rows = torch.cat([latents, each], dim=2)  # (B, L, C + 2)
         path = self.trajectory_decoder(rows).mean(dim=1)  # (B, 2F)
         return goal, path.view(b, config.forecast_steps, 2) + start
+
+    def forward_modes(
+        self, last_step: Tensor, true_goal: Tensor | None = None, **seen: Tensor
+    ) -> tuple[Tensor, Tensor, Modes]:
+        """Goal and path as `forward` gives them, and modes; `seen` are the arguments of `encode`.
+
+        Raises:
+            ValueError: The network has no modes.
+        """
+        if self.mode_decoder is None:
+            raise ValueError("expected a network with modes, found one without")
+        latents = self.encode(**seen)
+        goal, path = self.decode(latents, last_step, true_goal)
+        # modes correct the path that is forecast: one towards the true goal would tell it to them
+        own = path if true_goal is None else self.decode(latents, last_step)[1]
+        return goal, path, self.mode_decoder(latents, own)
 
 
 def loss(goal: Tensor, path: Tensor, future: Tensor) -> Tensor:

@@ -6,16 +6,15 @@ gradients back, so that modes can be added to a trained network and leave its po
 is. A mode belongs to one agent: the first mode of one and the first of another were not made to fit
 together.
 
-In the shapes: B agents, M modes, F forecast steps, N people, W worlds.
+In the shapes: B agents, M modes, F forecast steps.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 import torch
-import torch.nn.functional as F  # noqa: N812
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
@@ -24,26 +23,8 @@ WIDTH: Final = 256
 LEAST_DEVIATION: Final = 0.02
 """Least standard deviation along any direction [m]: no tracker locates a person better, and without
 it the density of who stands still grows without limit."""
-RELAXATION: Final = 0.1
-"""Share of the regression loss that the modes that are not nearest to the truth divide."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ModalForecast:
-    """Several futures of N people of W worlds, the most probable of each person first.
-
-    In the frame of their worlds. A single world may stand without the W axis. Who was not asked for
-    stays; who is not seen now is at 0.
-
-    Attributes:
-        position: (W, M, F, N, 2) positions [m].
-        probability: (W, M, N), 1 in the sum over modes.
-        covariance: (W, M, F, N, 2, 2) of the position about that of the mode [m^2].
-    """
-
-    position: NDArray[np.float64]
-    probability: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+RELAXATION: Final = 0.05
+"""Share of the distance that the modes that are not nearest to the truth divide."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +45,7 @@ class Modes:
     def covariance(self) -> Tensor:
         """(B, M, F, 2, 2) [m^2]; no eigenvalue is below `LEAST_DEVIATION` squared."""
         xx, xy, yy = self._entries()
-        return torch.stack([xx, xy, xy, yy], dim=-1).unflatten(-1, (2, 2))
+        return torch.stack([xx, xy, xy, yy], dim=-1).view(*xx.shape, 2, 2)
 
     def log_density(self, future: Tensor) -> Tensor:
         """(B, M, F) log density of each mode [nat, per m^2] at the (B, F, 2) true path."""
@@ -76,6 +57,11 @@ class Modes:
         x, y = (future[:, None] - self.path).unbind(-1)
         distance = (yy * x**2 - 2.0 * xy * x * y + xx * y**2) / determinant
         return -0.5 * (distance + determinant.log()) - math.log(2.0 * math.pi)
+
+    def log_mixture(self, future: Tensor) -> Tensor:
+        """(B, F) log density of the mixture of each step [nat, per m^2] at the true path."""
+        weight = self.logits.log_softmax(dim=1)[..., None]  # (B, M, 1)
+        return torch.logsumexp(weight + self.log_density(future), dim=1)
 
     def _entries(self) -> tuple[Tensor, Tensor, Tensor]:
         a, b, c = self.factor.unbind(-1)
@@ -117,20 +103,39 @@ class ModeDecoder(nn.Module):
         )
 
 
-def mode_loss(modes: Modes, future: Tensor) -> Tensor:
-    """Negative log density of the mode nearest to the truth, and cross-entropy of choosing it.
+def ordered(
+    modes: Modes,
+) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
+    """The modes of each agent, the most probable first.
 
-    The nearest mode takes all but `RELAXATION` of the regression; the others divide that share, so
-    that none is never trained (C. Rupprecht et al., "Learning in an Uncertain World", 2017).
+    Returns:
+        (B, M, F, 2) positions, (B, M) probabilities and (B, M, F, 2, 2) covariances.
+    """
+    order = modes.logits.argsort(dim=1, descending=True, stable=True)
+    row = torch.arange(len(order), device=order.device)[:, None]
+    return (
+        modes.path[row, order].cpu().numpy(),
+        modes.logits.double().softmax(dim=1)[row, order].cpu().numpy(),
+        modes.covariance()[row, order].cpu().numpy(),
+    )
+
+
+def mode_loss(modes: Modes, future: Tensor) -> Tensor:
+    """Distance of the nearest mode from the truth, and negative log density of the mixture there.
+
+    The nearest mode takes all but `RELAXATION` of the distance; the others divide that share, so
+    that none is left untrained (C. Rupprecht et al., "Learning in an Uncertain World", 2017). The
+    density moves covariances and probabilities only: it would pull a path with a force that grows
+    without limit where the covariance is small.
 
     Args:
         modes: Of B agents.
         future: (B, F, 2) true path in the agent frame [m].
     """
-    error = torch.linalg.vector_norm(modes.path.detach() - future[:, None], dim=-1).mean(-1)
-    nearest = error.argmin(dim=1)  # (B,)
-    count = error.shape[1]
-    share = torch.full_like(error, RELAXATION / max(1, count - 1))
-    share.scatter_(1, nearest[:, None], 1.0 - RELAXATION if count > 1 else 1.0)
-    regression = -(share * modes.log_density(future).mean(-1)).sum(1).mean()
-    return regression + F.cross_entropy(modes.logits, nearest)
+    error = torch.linalg.vector_norm(modes.path - future[:, None], dim=-1).mean(-1)  # (B, M)
+    nearest = error.argmin(dim=1, keepdim=True)
+    others = max(1, error.shape[1] - 1)
+    share = torch.full_like(error, RELAXATION / others).scatter(1, nearest, 1.0 - RELAXATION)
+    distance: Tensor = (share * error).sum(dim=1).mean()
+    fixed = replace(modes, path=modes.path.detach())
+    return distance - fixed.log_mixture(future).mean()

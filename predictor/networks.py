@@ -1,7 +1,7 @@
 """The networks that can be trained, by the name that a command and a checkpoint give them."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeGuard
 
 from predictor.baselines.history_mlp import HistoryMlp, HistoryMlpConfig
 from predictor.baselines.lstm import Lstm, LstmConfig
@@ -47,6 +47,11 @@ def build_network(config: NetworkConfig) -> Network:
     network: Any = NETWORKS[name_of(config)].network
     built: Network = network(config)
     return built
+
+
+def has_modes(network: Network) -> TypeGuard[IterativeAttention]:
+    """Whether a network forecasts modes besides its one path."""
+    return isinstance(network, IterativeAttention) and network.mode_decoder is not None
 
 
 def name_of(config: NetworkConfig) -> str:
