@@ -23,6 +23,6 @@ def start_path(last_step: Tensor, config: NetworkConfig) -> Tensor:
         config: Says how many frames, and whether the network corrects constant velocity.
     """
     if not config.residual:
-        return last_step.new_zeros(len(last_step), config.forecast_steps, 2)
+        return last_step.new_zeros(last_step.shape[0], config.forecast_steps, 2)
     ahead = torch.arange(1, config.forecast_steps + 1, device=last_step.device)[:, None]
     return last_step[:, None] * ahead

@@ -61,6 +61,6 @@ class HistoryMlp(nn.Module):
             (B, 2) goal, which is the last position of the path, and (B, F, 2) path.
         """
         seen = torch.cat([history.flatten(1), history_valid.to(history)], dim=1)  # (B, 3T)
-        correction = self.layers(seen).view(len(seen), -1, 2)  # (B, F, 2)
+        correction = self.layers(seen).unflatten(1, (-1, 2))  # (B, F, 2)
         path = correction + start_path(last_step, self.config)
         return path[:, -1], path

@@ -57,7 +57,7 @@ class Lstm(nn.Module):
         Returns:
             (B, 2) goal, which is the last position of the path, and (B, F, 2) path.
         """
-        hidden = history.new_zeros(len(history), self.config.hidden)
+        hidden = history.new_zeros(history.shape[0], self.config.hidden)
         state = hidden, torch.zeros_like(hidden)
         for step in range(1, history.shape[1]):
             both = (history_valid[:, step] & history_valid[:, step - 1])[:, None]  # (B, 1)

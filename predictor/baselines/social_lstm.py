@@ -115,7 +115,7 @@ class SocialLstm(nn.Module):
         number = torch.where(inside, cell[..., 1] * grid + cell[..., 0], -1.0)
         cells = torch.arange(grid**2, device=position.device)
         occupied = (number[..., None] == cells).to(hidden).flatten(2)  # (B, P, P G)
-        shares = self.pooling(hidden).view(len(hidden), people * grid**2, -1)  # (B, P G, E)
+        shares = self.pooling(hidden).unflatten(2, (grid**2, -1)).flatten(1, 2)  # (B, P G, E)
         pooled: Tensor = occupied @ shares + self.pooling_bias
         return pooled
 
