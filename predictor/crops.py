@@ -1,12 +1,15 @@
 """The picture of the ground around an agent, as the agent looks at it."""
 
 from collections.abc import Sequence
+from typing import Final, cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from predictor.config import NetworkConfig
+
+FLAGS: Final = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 
 
 def crop_maps(
@@ -31,13 +34,25 @@ def crop_maps(
     if config.variant == "none":
         return None
     crops = np.zeros((len(worlds), config.crop_px, config.crop_px, 3), dtype=np.uint8)
-    agent_from_crop = _agent_from_crop(config)
-    for row, world in enumerate(worlds):
-        image, homography = map_images[world], pixel_from_world[world]
-        if image is not None and homography is not None:
-            pixel_from_crop = homography @ world_from_agent[row] @ agent_from_crop
-            _warp(image, pixel_from_crop, crops[row])
+    there = has_picture(map_images, pixel_from_world)
+    homographies = np.stack(
+        [np.eye(3) if h is None else np.asarray(h, dtype=np.float64) for h in pixel_from_world]
+    )
+    pixel_from_crop = homographies[worlds] @ world_from_agent @ _agent_from_crop(config)
+    affine = np.all(pixel_from_crop[:, 2, :2] == 0.0, axis=1)
+    images = cast("Sequence[NDArray[np.uint8]]", map_images)  # of those that are there
+    for row in np.flatnonzero(there[worlds]):
+        _warp(images[worlds[row]], pixel_from_crop[row], crops[row], affine=affine[row])
     return crops
+
+
+def has_picture(
+    map_images: Sequence[NDArray[np.uint8] | None],
+    pixel_from_world: Sequence[NDArray[np.float64] | None],
+) -> NDArray[np.bool_]:
+    """(W,) bool, which worlds have a picture and know where it lies."""
+    pairs = zip(map_images, pixel_from_world, strict=True)
+    return np.array([i is not None and h is not None for i, h in pairs], dtype=np.bool_)
 
 
 def _agent_from_crop(config: NetworkConfig) -> NDArray[np.float64]:
@@ -49,12 +64,16 @@ def _agent_from_crop(config: NetworkConfig) -> NDArray[np.float64]:
 
 
 def _warp(
-    image: NDArray[np.uint8], pixel_from_crop: NDArray[np.float64], crop: NDArray[np.uint8]
+    image: NDArray[np.uint8],
+    pixel_from_crop: NDArray[np.float64],
+    crop: NDArray[np.uint8],
+    *,
+    affine: bool,
 ) -> None:
     """Fill `crop` (S, S, 3) from the picture; the affine warp is faster where it suffices."""
-    size, flags = crop.shape[:2], cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    if np.all(pixel_from_crop[2, :2] == 0.0):
-        affine = pixel_from_crop[:2] / pixel_from_crop[2, 2]
-        cv2.warpAffine(image, affine, size, dst=crop, flags=flags)
+    size = crop.shape[:2]
+    if affine:
+        pixel_from_crop = pixel_from_crop[:2] / pixel_from_crop[2, 2]
+        cv2.warpAffine(image, pixel_from_crop, size, dst=crop, flags=FLAGS)
     else:
-        cv2.warpPerspective(image, pixel_from_crop, size, dst=crop, flags=flags)
+        cv2.warpPerspective(image, pixel_from_crop, size, dst=crop, flags=FLAGS)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from predictor.config import NetworkConfig
-from predictor.crops import crop_maps
+from predictor.crops import crop_maps, has_picture
 
 STANDING_EXTENT = 0.1
 """Who got no further than this away from the last position within the history stands [m]."""
@@ -204,10 +204,7 @@ def build_inputs_of_worlds(
     return replace(
         inputs,
         crop=crop_maps(map_images, pixel_from_world, worlds, inputs.world_from_agent, config),
-        crop_valid=np.array(
-            [map_images[w] is not None and pixel_from_world[w] is not None for w in worlds],
-            dtype=np.bool_,
-        ),
+        crop_valid=has_picture(map_images, pixel_from_world)[worlds],
     )
 
 
@@ -253,11 +250,13 @@ def nearest(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """The K people nearest to each agent now, nearest first: (B, K, T, 2) and (B, K, T)."""
     count, frames, people = len(agents), history.shape[1], history.shape[2]
-    offset = history[worlds, -1] - history[worlds, -1, agents][:, None]  # (B, N, 2)
+    x, y = np.moveaxis(history[:, -1], -1, 0)  # 2 x (W, N)
+    ahead = x[worlds] - x[worlds, agents][:, None]  # (B, N)
+    aside = y[worlds] - y[worlds, agents][:, None]
     candidate = valid[worlds, -1]  # (B, N), a copy
     candidate[np.arange(count), agents] = False
-    distance = np.where(candidate, np.square(offset).sum(axis=-1), np.inf)
-    nearest = np.argsort(distance, axis=1, kind="stable")[:, :neighbors]  # (B, <=K)
+    distance = np.where(candidate, ahead * ahead + aside * aside, np.inf)
+    nearest = _smallest(distance, neighbors)  # (B, <=K)
     there = np.take_along_axis(candidate, nearest, axis=1)
     tracks = np.zeros((count, neighbors, frames, 2))
     seen = np.zeros((count, neighbors, frames), dtype=np.bool_)
@@ -265,6 +264,15 @@ def nearest(
     tracks[:, :found] = history[worlds[:, None], :, nearest]
     seen[:, :found] = valid[worlds[:, None], :, nearest] & there[:, :, None]
     return tracks, seen
+
+
+def _smallest(values: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Columns of the `count` smallest of each row, smallest first."""
+    if values.shape[1] > 2 * count:  # sorting all of many takes longer than setting the few apart
+        columns = np.sort(np.argpartition(values, count, axis=1)[:, :count], axis=1)
+        values = np.take_along_axis(values, columns, axis=1)
+        return np.take_along_axis(columns, np.argsort(values, axis=1, kind="stable"), axis=1)
+    return np.argsort(values, axis=1, kind="stable")[:, :count]
 
 
 def seen_along(

@@ -5,7 +5,14 @@ import pytest
 from hand_made_crowds import noise_picture, walkers
 
 from predictor.config import ModelConfig
-from predictor.inputs import AgentInputs, agent_direction, build_inputs, last_step, to_world
+from predictor.inputs import (
+    AgentInputs,
+    agent_direction,
+    build_inputs,
+    last_step,
+    nearest,
+    to_world,
+)
 from predictor.scenes import scenes
 
 PATCH = ModelConfig(variant="patch")
@@ -145,3 +152,20 @@ def test_wrong_history_length_is_named() -> None:
 def test_an_agent_that_is_not_there_is_refused() -> None:
     with pytest.raises(ValueError, match="last frame"):
         inputs_of(np.zeros((8, 1, 2)), np.zeros((8, 1), dtype=np.bool_))
+
+
+def test_nearest_of_many_are_those_that_sorting_all_finds() -> None:
+    """Also where people are equally far: they stand on a lattice, and some are not seen now."""
+    rng = np.random.default_rng(4)
+    lattice = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(1, -1, 2)
+    history = np.repeat(lattice, 8, axis=0) + 0.001 * rng.integers(0, 2, (1, 49, 2))
+    valid = rng.random((8, 49)) < 0.9
+    agents = np.flatnonzero(valid[-1])
+    tracks, seen = nearest(history[None], valid[None], np.zeros_like(agents), agents, 8)
+    for agent, found, there in zip(agents, tracks, seen, strict=True):
+        distance = np.square(history[-1] - history[-1, agent]).sum(axis=-1)
+        distance[agent] = np.inf
+        expected = np.sort(np.where(valid[-1], distance, np.inf))[:8]
+        met = np.square(found[:, -1] - history[-1, agent]).sum(axis=-1)
+        np.testing.assert_allclose(met, expected)
+        assert there[:, -1].all()
