@@ -4,9 +4,14 @@ from envs.config import CrowdNavConfig
 from envs.forecasters.constant_velocity_map import ConstantVelocityMap
 from envs.forecasters.oracle import NOISY_ORACLE, Blur, NoisyOracle, Oracle
 from envs.forecasters.situation import WorldForecaster
+from envs.forecasters.social_force import (
+    PARAMETERS,
+    SocialForceBetweenWalls,
+    SocialForceForecaster,
+)
 from envs.forecasters.tracks import TrackForecaster
 from predictor.constant_velocity import ConstantVelocityForecaster
-from predictor.forecaster import Forecaster, make_forecaster
+from predictor.forecaster import Forecaster, make_forecaster, steps_of
 
 
 def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
@@ -21,6 +26,15 @@ def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
         return Oracle(config)
     if spec.startswith(f"{NOISY_ORACLE}@"):
         return NoisyOracle(Oracle(config), Blur.parse(spec), config.frame_dt)
+    if spec in PARAMETERS:
+        return SocialForceBetweenWalls(
+            SocialForceForecaster(
+                spec,
+                forecast_steps=config.forecast_steps,
+                history_steps=config.history_steps,
+                frame_dt=config.frame_dt,
+            )
+        )
     if spec == "constant_velocity_map":
         return ConstantVelocityMap(
             ConstantVelocityForecaster(
@@ -31,6 +45,18 @@ def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
         )
     forecaster = make_forecaster(spec, horizon=config.horizon)
     return None if forecaster is None else TrackForecaster(_checked(forecaster, config))
+
+
+def make_track_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
+    """Returns what `predictor.forecaster.make_forecaster` does, or one by the social force.
+
+    Raises:
+        ValueError: An unknown name, a bad value, or a damaged checkpoint.
+        FileNotFoundError: A checkpoint that is not there.
+    """
+    if spec in PARAMETERS:
+        return SocialForceForecaster(spec, forecast_steps=steps_of(horizon))
+    return make_forecaster(spec, horizon=horizon)
 
 
 def _checked(forecaster: Forecaster, config: CrowdNavConfig) -> Forecaster:

@@ -58,7 +58,13 @@ def test_to_look_ahead_changes_nothing(forecaster):
 
 
 @pytest.mark.parametrize(
-    "forecaster", ["oracle", "oracle_noisy@sigma=0.5+delay=0.4+drop=0.3", "constant_velocity_map"]
+    "forecaster",
+    [
+        "oracle",
+        "oracle_noisy@sigma=0.5+delay=0.4+drop=0.3",
+        "constant_velocity_map",
+        "social_force",
+    ],
 )
 def test_a_forecast_depends_on_its_own_world_only(forecaster):
     keywords = {"scenario": "narrow_doorway", "steps": 5}
