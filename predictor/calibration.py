@@ -20,8 +20,8 @@ from predictor.modal_forecast import ModalForecast, scaled
 from predictor.modal_metrics import nll
 
 LEVEL: Final = 0.9
-TEMPERATURES: Final = np.geomspace(0.25, 4.0, 57)
-"""Candidates for the factor on covariances, 5 % apart."""
+TEMPERATURES: Final = np.geomspace(0.25, 4.0, 29)
+"""Candidates for the factor on covariances, a tenth apart."""
 
 
 def conformal_radius(errors: NDArray[np.float64], level: float = LEVEL) -> NDArray[np.float64]:

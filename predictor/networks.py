@@ -75,6 +75,7 @@ def configuration(
     config_name: ConfigName,
     *,
     variant: Variant = "none",
+    modes: int = 0,
     seed: int = 0,
     epochs: int | None = None,
 ) -> tuple[NetworkConfig, TrainConfig]:
@@ -84,10 +85,13 @@ def configuration(
     constant velocity where that does; it has no goal of its own to be given the true one for.
 
     Raises:
-        ValueError: A name is unknown, a value is out of range, or a map for who sees none.
+        ValueError: A name is unknown, a value is out of range, or a map or modes are asked of who
+            has none.
     """
     ours, training = named_configuration(config_name, variant=variant, seed=seed, epochs=epochs)
     if model == "iterative_attention":
-        return ours, training
+        return replace(ours, modes=modes), training
+    if modes != 0:
+        raise ValueError(f"modes must be 0 for {model}, which forecasts one path, got {modes}")
     baseline = config_from_dict(model, {"variant": variant, "residual": ours.residual})
     return baseline, replace(training, true_goal=False)

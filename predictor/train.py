@@ -13,15 +13,15 @@ from torch import Tensor
 from tqdm import tqdm
 
 from predictor.augment import augmented_batch
-from predictor.calibration import calibration
 from predictor.checkpoint import save_checkpoint
 from predictor.config import Device, NetworkConfig, TrainConfig
 from predictor.datasets import describe, read_training
 from predictor.distributed import ALONE, Processes
-from predictor.initial_weights import continued_network, drawn_network
+from predictor.initial_weights import NEW_WEIGHTS, continued_network, drawn_network
 from predictor.inputs import AgentInputs
 from predictor.model import loss
-from predictor.networks import Network, name_of
+from predictor.modes import mode_loss
+from predictor.networks import Network, has_modes, name_of
 from predictor.optimization import Optimization
 from predictor.scalars import scalar_writer
 from predictor.tensors import tensors
@@ -33,7 +33,7 @@ from predictor.training_state import (
     load_state,
     save_state,
 )
-from predictor.validation import constant_velocity_errors, scores, window_errors
+from predictor.validation import constant_velocity_errors, scores, validated
 from predictor.window_cache import cached_windows
 from predictor.windows import Windows
 
@@ -129,7 +129,7 @@ def train(
             "validation_windows": len(validation),
         },
         "protocol": "windows of consecutive listed frames; agents present in all of them; "
-        "epoch chosen by validation ade + fde / 2; forecasts with the predicted goal",
+        "epoch chosen by validation ade + fde / 2, by nll among equals; predicted goals",
     }
     return fit(
         network,
@@ -188,6 +188,8 @@ def fit(
         FloatingPointError: The loss is no longer finite.
     """
     batches = math.ceil(len(windows) / training.batch_size)
+    if training.train_only == "modes":
+        _leave_all_but_modes(network)
     run = Optimization(network.to(device), training, batches, processes)
     identity = {**_identity(network, windows, validation, training), "init": init}
     start = Place() if init is None else Place(epoch=0, batch=batches)
@@ -208,7 +210,7 @@ def fit(
     ):
         while not place.is_over(training.epochs, training.patience):
             order = epoch_order(len(windows), training.seed, place.epoch)
-            network.train()
+            network.train(training.train_only == "all")
             while place.batch < batches:
                 rng = batch_generator(training.seed, place.epoch, place.batch, processes.rank)
                 rows = order[place.batch * training.batch_size :][: training.batch_size]
@@ -225,10 +227,9 @@ def fit(
                 if processes.first and time.monotonic() - saved >= save_seconds:
                     save_state(out / FILE, place, identity, run.state())
                     saved = time.monotonic()
-            errors = window_errors(network, validation, device, processes)
-            found = scores(errors)
+            found, calibration = validated(network, validation, device, processes)
             metrics = {"epoch": place.epoch, "validation": found, "constant_velocity": baseline}
-            described = {**about, "metrics": metrics, "calibration": calibration(errors)}
+            described = {**about, "metrics": metrics, "calibration": calibration}
             kept = ("last", "best") if place.finish_epoch(found) else ("last",)
             if processes.first:
                 for name in kept:
@@ -284,5 +285,20 @@ def _objective(
 ) -> Tensor:
     true_path = torch.from_numpy(future).to(device)
     given = {"true_goal": true_path[:, -1]} if training.true_goal else {}
+    if has_modes(network):
+        goal, path, modes = network.forward_modes(**tensors(inputs, device), **given)
+        return loss(goal, path, true_path) + mode_loss(modes, true_path)
     goal, path = network(**tensors(inputs, device), **given)
     return loss(goal, path, true_path)
+
+
+def _leave_all_but_modes(network: Network) -> None:
+    """Let no gradient reach what is not the mode decoder.
+
+    Raises:
+        ValueError: There is none.
+    """
+    if not has_modes(network):
+        raise ValueError("expected a network with modes to train only those, found none")
+    for name, parameter in network.named_parameters():
+        parameter.requires_grad_(name.startswith(NEW_WEIGHTS))

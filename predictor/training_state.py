@@ -13,12 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 import torch
-from crowdsim.recordings.store import write_atomic
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.torch import load as load_safetensors
 from safetensors.torch import save as save_safetensors
 from torch import Tensor
+
+from crowdsim.recordings.store import write_atomic
 
 FILE: Final = "resume.state"
 DIGEST_BYTES: Final = hashlib.sha256().digest_size
@@ -32,7 +33,7 @@ class Place:
         epoch: The epoch under way, counted from 1.
         batch: Batches of it that are done.
         best_epoch: The epoch that was best on validation; 0 before the first.
-        best: Its `ade` and `fde` on validation [m].
+        best: Its `ade` and `fde` on validation [m], and `nll` [nat] if it has modes.
     """
 
     epoch: int = 1
@@ -58,9 +59,12 @@ class Place:
         return self.epoch > epochs or (patience is not None and idle >= patience)
 
 
-def score(scores: dict[str, float]) -> float:
-    """What the best epoch is chosen by: the loss of the paper."""
-    return scores["ade"] + 0.5 * scores["fde"]
+def score(scores: dict[str, float]) -> tuple[float, float]:
+    """What the best epoch is chosen by: the loss of the paper; between equals, that of the modes.
+
+    Epochs are equal where modes are all that is trained.
+    """
+    return scores["ade"] + 0.5 * scores["fde"], scores.get("nll", 0.0)
 
 
 def epoch_order(count: int, seed: int, epoch: int) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 import shlex
 from pathlib import Path
+from typing import Literal
 
 from jsonargparse.typing import NonNegativeInt, PositiveInt
 
@@ -20,6 +21,8 @@ def train_predictor(
     epochs: PositiveInt | None = None,
     patience: PositiveInt | None = None,
     init: Path | None = None,
+    modes: NonNegativeInt = 0,
+    train_only: Literal["all", "modes"] = "all",
     out: Path = Path("runs/predictor"),
     resume: bool = False,
     device: Device = "auto",
@@ -46,6 +49,8 @@ def train_predictor(
         epochs: Passes over the data, instead of the configuration's own number.
         patience: Stop after so many epochs that were no better on validation.
         init: Checkpoint of the same network to begin with; it is kept if no epoch is better.
+        modes: How many futures are forecast for each person, besides the one, as a mixture.
+        train_only: Train all of the network, or leave it as `init` has it apart from its modes.
         out: Folder of the checkpoints.
         resume: Go on where the training of this folder was killed.
         device: Where to train; `auto` takes a GPU if there is one.
@@ -61,15 +66,18 @@ def train_predictor(
     from predictor.networks import configuration
     from predictor.train import train
 
-    network, training = configuration(model, config_name, variant=variant, seed=seed, epochs=epochs)
+    network, training = configuration(
+        model, config_name, variant=variant, modes=modes, seed=seed, epochs=epochs
+    )
     if horizon is not None:
         network = replace(network, forecast_steps=steps_of(horizon, network.frame_dt))
-    training = replace(training, patience=patience)
+    training = replace(training, patience=patience, train_only=train_only)
     words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
     words += [] if horizon is None else ["--horizon", str(horizon)]
     words += [] if patience is None else ["--patience", str(patience)]
     words += [] if init is None else ["--init", str(init)]
+    words += [] if modes == 0 else ["--modes", str(modes), "--train_only", train_only]
     with resumable(), joined_processes() as processes:
         found = train(
             data=data,
