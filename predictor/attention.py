@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from predictor.inputs import AgentInputs
-from predictor.model import CrossAttention, IterativeAttention
+from predictor.model import CrossAttention, IterativeAttention, Stream
 from predictor.tensors import tensors
 
 
@@ -57,9 +57,9 @@ def attention_weights(
         return lambda module, given: found.setdefault(stream, []).append(_weights(module, *given))
 
     handles = [
-        cross_attention.register_forward_pre_hook(recorder(stream))
-        for block in network.encoder_blocks
-        for stream, cross_attention in block.streams.items()
+        module.register_forward_pre_hook(recorder(path.rpartition(".")[2]))
+        for path, module in network.encoder_blocks.named_modules()
+        if isinstance(module, CrossAttention)
     ]
     try:
         with torch.inference_mode():
@@ -70,12 +70,12 @@ def attention_weights(
     return {stream: torch.stack(blocks, dim=1).numpy() for stream, blocks in found.items()}
 
 
-def _weights(module: CrossAttention, latents: Tensor, tokens: Tensor, valid: Tensor) -> Tensor:
+def _weights(module: CrossAttention, latents: Tensor, stream: Stream) -> Tensor:
     """(B, H, L, S) softmax of what `module` computes when it is given this."""
-    query, key, _ = module.attention.project(module.norm(latents), tokens)
+    query, key, _ = module.attention.project(module.norm(latents), stream.tokens)
     scores = query @ key.transpose(2, 3) / query.shape[-1] ** 0.5
-    masked = scores.masked_fill(~valid[:, None, None], -torch.inf)
-    return masked.softmax(dim=-1).nan_to_num(0.0)  # nothing is read where no token is valid
+    weights: Tensor = (scores + stream.mask).softmax(dim=-1) * stream.any_valid[..., None]
+    return weights
 
 
 def attended(network: IterativeAttention, inputs: AgentInputs) -> Attended:

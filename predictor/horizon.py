@@ -35,7 +35,7 @@ def speed_limit(
     fastest = np.where(both, steps, 0.0).max(axis=-2, initial=0.0)
     across_a_gap = np.linalg.norm(last_step(history, valid)[0], axis=-1)
     seen = np.maximum(fastest, across_a_gap) / frame_dt
-    return np.clip(ACCELERATION * seen, ANYBODYS_SPEED, TOP_SPEED)
+    return np.asarray(np.clip(ACCELERATION * seen, ANYBODYS_SPEED, TOP_SPEED))
 
 
 def bounded(

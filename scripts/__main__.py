@@ -18,6 +18,8 @@ from scripts.convert import convert
 from scripts.demo import demo
 from scripts.evaluate import evaluate
 from scripts.evaluate_predictor import evaluate_predictor
+from scripts.explain_predictor import explain_predictor
+from scripts.export_predictor import export_predictor
 from scripts.generate import generate
 from scripts.output import write_text
 from scripts.render import render
@@ -32,6 +34,8 @@ COMMANDS: Final[dict[str, Callable[..., None]]] = {
     "convert": convert,
     "train-predictor": train_predictor,
     "evaluate-predictor": evaluate_predictor,
+    "explain-predictor": explain_predictor,
+    "export-predictor": export_predictor,
     "train-policy": train_policy,
     "evaluate": evaluate,
     "stress": stress,
