@@ -8,6 +8,7 @@ C width, H heads, D = C / H.
 """
 
 import math
+from typing import NamedTuple, Self
 
 import torch
 import torch.nn.functional as F  # noqa: N812
@@ -36,13 +37,13 @@ class Attention(nn.Module):
         self.output = nn.Linear(config.width, config.width)
 
     def forward(self, latents: Tensor, tokens: Tensor, mask: Tensor | None = None) -> Tensor:
-        """Read (B, S, C) tokens into (B, L, C); `mask` (B, S) is True where a token may be read."""
+        """Read (B, S, C) tokens into (B, L, C); `mask` (B, 1, 1, S) is added to the scores."""
         query, key, value = self.project(latents, tokens)
         read = F.scaled_dot_product_attention(
             query,
             key,
             value,
-            attn_mask=None if mask is None else mask[:, None, None, :],
+            attn_mask=mask,
             dropout_p=self.dropout_rate if self.training else 0.0,
         )
         joined = self.output(read.transpose(1, 2).flatten(2))  # (B, L, C)
@@ -57,6 +58,30 @@ class Attention(nn.Module):
         return query, key, value
 
 
+class Stream(NamedTuple):
+    """Tokens to be read, and which of them may be: computed once for all blocks.
+
+    Attributes:
+        tokens: (B, S, C).
+        mask: (B, 1, 1, S) added to the scores: 0, or -inf where a token is not valid. A softmax
+            over nothing is NaN: where no token is valid, all are read, and dropped by `any_valid`.
+        any_valid: (B, 1, 1) 1, or 0 where no token is valid.
+    """
+
+    tokens: Tensor
+    mask: Tensor
+    any_valid: Tensor
+
+    @classmethod
+    def of(cls, tokens: Tensor, valid: Tensor) -> Self:
+        """Of (B, S, C) tokens, `valid` (B, S)."""
+        any_valid = valid.any(dim=1, keepdim=True)  # (B, 1)
+        mask = torch.zeros_like(valid, dtype=tokens.dtype).masked_fill(
+            any_valid & ~valid, -torch.inf
+        )
+        return cls(tokens, mask[:, None, None], any_valid[:, :, None].to(tokens.dtype))
+
+
 class CrossAttention(nn.Module):
     """What the latents read from one stream of tokens: nothing where no token is real."""
 
@@ -65,12 +90,10 @@ class CrossAttention(nn.Module):
         self.norm = nn.LayerNorm(config.width)
         self.attention = Attention(config)
 
-    def forward(self, latents: Tensor, tokens: Tensor, valid: Tensor) -> Tensor:
-        """Add to (B, L, C) latents what they read from (B, S, C) tokens, `valid` (B, S)."""
-        any_valid = valid.any(dim=1, keepdim=True)  # (B, 1)
-        # a softmax over nothing is NaN: read everything there, then drop what was read
-        read: Tensor = self.attention(self.norm(latents), tokens, valid | ~any_valid)
-        return latents + read * any_valid[:, :, None]
+    def forward(self, latents: Tensor, stream: Stream) -> Tensor:
+        """Add to (B, L, C) latents what they read from a stream of tokens."""
+        read: Tensor = self.attention(self.norm(latents), stream.tokens, stream.mask)
+        return latents + read * stream.any_valid
 
 
 class EncoderBlock(nn.Module):
@@ -89,10 +112,10 @@ class EncoderBlock(nn.Module):
             nn.Dropout(config.dropout),
         )
 
-    def forward(self, latents: Tensor, streams: dict[str, tuple[Tensor, Tensor]]) -> Tensor:
-        """Refine (B, L, C) latents by streams of tokens (B, S, C) with `valid` (B, S)."""
+    def forward(self, latents: Tensor, streams: dict[str, Stream]) -> Tensor:
+        """Refine (B, L, C) latents by streams of tokens."""
         for name, cross_attention in self.streams.items():
-            latents = cross_attention(latents, *streams[name])
+            latents = cross_attention(latents, streams[name])
         normed = self.attention_norm(latents)
         latents = latents + self.attention(normed, normed)
         refined: Tensor = latents + self.mlp(self.mlp_norm(latents))
@@ -247,24 +270,24 @@ class IterativeAttention(nn.Module):
         latents, streams = self._begin(history, history_valid, neighbors, neighbors_valid)
         if self.map_encoder is not None and crop is not None and crop_valid is not None:
             tokens = self.map_encoder(crop)
-            streams["map"] = (tokens, crop_valid[:, None].expand(-1, tokens.shape[1]))
+            streams["map"] = Stream.of(tokens, crop_valid[:, None].expand(-1, tokens.shape[1]))
         for encoder_block in self.encoder_blocks:
             latents = encoder_block(latents, streams)
         return latents
 
     def _begin(
         self, history: Tensor, history_valid: Tensor, neighbors: Tensor, neighbors_valid: Tensor
-    ) -> tuple[Tensor, dict[str, tuple[Tensor, Tensor]]]:
+    ) -> tuple[Tensor, dict[str, Stream]]:
         """The latents (B, L, C) before the first block, and the streams of people to read."""
         latents = self.latents.expand(history.shape[0], -1, -1)
         if self.pose_encoder is not None:
             return latents, {
-                "history": (self.pose_encoder(history), history_valid),
-                "neighbors": (self.pose_encoder(neighbors), neighbors_valid.flatten(1)),
+                "history": Stream.of(self.pose_encoder(history), history_valid),
+                "neighbors": Stream.of(self.pose_encoder(neighbors), neighbors_valid.flatten(1)),
             }
         own = self.own_encoder(history, history_valid).view_as(latents)
         tracks = self.neighbor_encoder(neighbors, neighbors_valid)  # (B, K, C)
-        return latents + own, {"neighbors": (tracks, neighbors_valid.any(dim=2))}
+        return latents + own, {"neighbors": Stream.of(tracks, neighbors_valid.any(dim=2))}
 
     def decode(
         self, latents: Tensor, last_step: Tensor, true_goal: Tensor | None = None

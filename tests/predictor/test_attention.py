@@ -1,6 +1,7 @@
 """The read-out of attention: it is what the network computes with."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -23,7 +24,7 @@ def test_weights_times_values_are_what_each_cross_attention_reads(variant: Varia
     model = network(variant)
     inputs = inputs_of(model)
     inputs.neighbors_valid[0] = False
-    seen: dict[tuple[str, int], tuple[torch.Tensor, ...]] = {}
+    seen: dict[tuple[str, int], tuple[Any, ...]] = {}
     for number, block in enumerate(model.encoder_blocks):
         for name, module in block.streams.items():
             module.register_forward_hook(
@@ -31,13 +32,13 @@ def test_weights_times_values_are_what_each_cross_attention_reads(variant: Varia
             )
     weights = attention_weights(model, inputs)
     assert set(weights) == {"history", "neighbors"} | ({"map"} if variant == "patch" else set())
-    for (name, number), (latents, tokens, valid, read) in seen.items():
+    for (name, number), (latents, stream, read) in seen.items():
         module = model.encoder_blocks[number].streams[name]
         with torch.inference_mode():
-            _, _, value = module.attention.project(module.norm(latents), tokens)
+            _, _, value = module.attention.project(module.norm(latents), stream.tokens)
             mixed = torch.from_numpy(weights[name][:, number]) @ value
             plain = module.attention.output(mixed.transpose(1, 2).flatten(2))
-            expected = latents + plain * valid.any(dim=1)[:, None, None]
+            expected = latents + plain * stream.any_valid
         torch.testing.assert_close(expected, read, atol=1e-5, rtol=1e-5)
 
 
