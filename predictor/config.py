@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 Variant = Literal["none", "patch"]
 VARIANTS: tuple[Variant, ...] = ("none", "patch")
 ModelName = Literal["iterative_attention", "history_mlp", "lstm", "social_lstm"]
-ConfigName = Literal["paper", "residual", "finetune"]
+ConfigName = Literal["paper", "residual", "finetune", "fast"]
 Device = Literal["auto", "cpu", "cuda", "mps"]
 
 
@@ -237,10 +237,17 @@ RESIDUAL = (
 FINETUNE = (RESIDUAL[0], replace(RESIDUAL[1], epochs=4, learning_rate=5e-4, recolor=0.0))
 """Trained weights on to other crowds, with small steps; who is trained on keeps its palette."""
 
+FAST = (
+    replace(RESIDUAL[0], tokens="track", latents=6, blocks=2, heads=4, crop_px=32, patch_px=8),
+    replace(RESIDUAL[1], epochs=8),
+)
+"""A fifth of the time of `residual`: for the loop, where a forecast is needed at every step."""
+
 CONFIGURATIONS: dict[str, tuple[ModelConfig, TrainConfig]] = {
     "paper": PAPER,
     "residual": RESIDUAL,
     "finetune": FINETUNE,
+    "fast": FAST,
 }
 
 
