@@ -119,8 +119,9 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
     Args:
         spec: `none`, `constant_velocity`, `iterative_attention` (the bundled weights), or the path
             of a checkpoint of any of `predictor.networks.NETWORKS` (its `.safetensors` file, or a
-            folder with `best.safetensors`). A network's name or path may have endings such as
-            `@no_map` (`predictor.ablation.ENDINGS`) that say what it is not to be shown.
+            folder with `best.safetensors`), or of an exported one (`.onnx`). A
+            network's name or path may have endings such as `@no_map` (`predictor.ablation.ENDINGS`)
+            that say what it is not to be shown.
         horizon: How far to forecast [s]; a multiple of 0.4 s.
 
     Returns:

@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from predictor.ablation import EVERYTHING, Ablation, ablated
 from predictor.calibration import radius_of, temperature_of
 from predictor.checkpoint import load_checkpoint
+from predictor.config import ModelConfig
 from predictor.horizon import bounded, speed_limit
 from predictor.inputs import AgentInputs, build_inputs_of_worlds, check_tracks, to_world
 from predictor.modal_forecast import ModalForecast, covariance_in_world, scaled, standing
 from predictor.model import IterativeAttention
 from predictor.modes import ordered
-from predictor.networks import Network, has_modes, name_of
+from predictor.networks import Network, name_of
+from predictor.onnx_network import OnnxNetwork, load_onnx
 from predictor.tensors import tensors
 
 Image = NDArray[np.uint8] | None
@@ -38,7 +40,7 @@ class NetworkForecaster:
     faster than `predictor.horizon.speed_limit` says.
 
     Args:
-        network: Trained network.
+        network: Trained network, or an exported one.
         forecast_steps: Frames to forecast; None for those the network was trained for.
         radius: (F,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
             for the frames that it was trained for; None where nobody measured it.
@@ -54,7 +56,7 @@ class NetworkForecaster:
 
     def __init__(
         self,
-        network: Network,
+        network: Network | OnnxNetwork,
         *,
         forecast_steps: int | None = None,
         radius: NDArray[np.float64] | None = None,
@@ -71,15 +73,21 @@ class NetworkForecaster:
         )
         rolled = self.forecast_steps > network.config.forecast_steps
         self.radius = None if radius is None or rolled else radius[: self.forecast_steps]
-        self.modes = network.config.modes if has_modes(network) and not rolled else 0
+        config = network.config
+        self.modes = config.modes if isinstance(config, ModelConfig) and not rolled else 0
         self._temperature = 1.0 if temperature is None else temperature[: self.forecast_steps]
 
     @classmethod
     def from_checkpoint(
         cls, path: Path, *, forecast_steps: int | None = None, ablation: Ablation = EVERYTHING
     ) -> Self:
-        """Load a checkpoint; raises as `predictor.checkpoint.load_checkpoint` does."""
-        network, about = load_checkpoint(path)
+        """Load a checkpoint, or an exported network where the suffix is `.onnx`.
+
+        Raises:
+            As `predictor.checkpoint.load_checkpoint` and `predictor.onnx_network.load_onnx`.
+        """
+        network: Network | OnnxNetwork
+        network, about = load_onnx(path) if path.suffix == ".onnx" else load_checkpoint(path)
         steps = network.config.forecast_steps
         return cls(
             network,
@@ -208,7 +216,7 @@ class NetworkForecaster:
         self, inputs: AgentInputs
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
         """(B, F, 2) paths, (B, M, F, 2) modes, their probabilities and covariances."""
-        network = cast(IterativeAttention, self.network)  # no other has modes
+        network = cast(IterativeAttention | OnnxNetwork, self.network)  # no other has modes
         with torch.inference_mode():
             _, path, modes = network.forward_modes(**tensors(_padded(inputs)))
         count = len(inputs)
