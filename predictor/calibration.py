@@ -48,10 +48,15 @@ def temperatures(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArra
 
 
 def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64] | None:
-    """The (F,) radii [m] that the description of a checkpoint holds; None without calibration.
+    """The radii [m] that the description of a checkpoint holds; None without calibration.
+
+    Returns:
+        (F,) for the frames that the network was trained for or, where rolled forecasts were
+        measured too (`predictor.rolled_calibration`), (R,) with those of the frames beyond. These
+        come from people who stayed longer, and are not let fall below those of earlier frames.
 
     Raises:
-        ValueError: They are not F positive numbers for `LEVEL`.
+        ValueError: They are not F positive numbers for `LEVEL`, or not positive beyond.
     """
     kept = about.get("calibration")
     if kept is None:
@@ -66,7 +71,18 @@ def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64]
         raise ValueError(
             f"expected a calibration of {forecast_steps} radii for coverage {LEVEL}, found {kept}"
         )
-    return radius
+    return radius if "rolled" not in kept else _with_rolled(radius, kept["rolled"])
+
+
+def _with_rolled(radius: NDArray[np.float64], rolled: Any) -> NDArray[np.float64]:
+    """(R,) radii of which the first F are those of a single pass."""
+    try:
+        beyond = np.array(rolled["radius"][len(radius) :], dtype=np.float64)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"expected the radii of rolled forecasts, found {rolled}") from error
+    if beyond.ndim != 1 or not (beyond >= 0.0).all():
+        raise ValueError(f"expected positive radii of rolled forecasts, found {rolled}")
+    return np.concatenate([radius, np.maximum.accumulate([radius[-1], *beyond])[1:]])
 
 
 def temperature_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64]:

@@ -42,14 +42,14 @@ class NetworkForecaster:
     Args:
         network: Trained network, or an exported one.
         forecast_steps: Frames to forecast; None for those the network was trained for.
-        radius: (F,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
-            for the frames that it was trained for; None where nobody measured it.
+        radius: (R,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
+            for the first R frames; None where nobody measured it.
         temperature: (F,) factors on the covariances of its modes (`predictor.calibration`), for
             the frames that it was trained for; None where nobody measured them.
         ablation: What of its inputs it is shown.
 
     Attributes:
-        radius: That of the frames that are forecast; None beyond those it was trained for.
+        radius: That of the frames that are forecast; None where it is not known for all of them.
         modes: How many modes `forecast_modes` gives; 0 if the network has none, or where frames are
             forecast beyond those that it was trained for.
     """
@@ -72,7 +72,9 @@ class NetworkForecaster:
             network.config.forecast_steps if forecast_steps is None else forecast_steps
         )
         rolled = self.forecast_steps > network.config.forecast_steps
-        self.radius = None if radius is None or rolled else radius[: self.forecast_steps]
+        if radius is not None:
+            radius = radius[: self.forecast_steps] if len(radius) >= self.forecast_steps else None
+        self.radius = radius
         config = network.config
         self.modes = config.modes if isinstance(config, ModelConfig) and not rolled else 0
         self._temperature = 1.0 if temperature is None else temperature[: self.forecast_steps]

@@ -14,6 +14,7 @@ from typing import Any, Final, NoReturn
 from jsonargparse import ActionYesNo, ArgumentParser
 
 from scripts.benchmark import benchmark
+from scripts.calibrate_predictor import calibrate_predictor
 from scripts.convert import convert
 from scripts.demo import demo
 from scripts.evaluate import evaluate
@@ -34,6 +35,7 @@ COMMANDS: Final[dict[str, Callable[..., None]]] = {
     "convert": convert,
     "train-predictor": train_predictor,
     "evaluate-predictor": evaluate_predictor,
+    "calibrate-predictor": calibrate_predictor,
     "explain-predictor": explain_predictor,
     "export-predictor": export_predictor,
     "train-policy": train_policy,
