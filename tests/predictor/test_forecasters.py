@@ -21,10 +21,12 @@ def scene_of(recording: Recording) -> Scene:
     return next(scenes(recording, history_steps=8, forecast_steps=12))
 
 
-@pytest.fixture(params=["none", "patch", *BASELINES])
+@pytest.fixture(params=["none", "patch", "fast", *BASELINES])
 def forecaster(request: pytest.FixtureRequest) -> NetworkForecaster:
     name = request.param
-    return NetworkForecaster(baseline(name) if name in BASELINES else network(name))
+    if name in BASELINES:
+        return NetworkForecaster(baseline(name))
+    return NetworkForecaster(network("patch", "fast") if name == "fast" else network(name))
 
 
 def forecast(forecaster: Forecaster, recording: Recording, **changes: np.ndarray) -> np.ndarray:

@@ -52,8 +52,10 @@ def test_time_code_is_the_usual_one() -> None:
     np.testing.assert_allclose(code[3, 2], np.sin(3.0 / 10000 ** (2 / 16)), atol=1e-6)
 
 
-def test_each_stream_reaches_the_forecast_and_a_masked_one_does_not(variant: Variant) -> None:
-    model = network(variant)
+def test_each_stream_reaches_the_forecast_and_a_masked_one_does_not(
+    variant: Variant, configuration: str
+) -> None:
+    model = network(variant, configuration)
     plain = arguments(model)
     edits = {"history": "history_valid", "neighbors": "neighbors_valid"}
     if variant == "patch":
@@ -102,6 +104,7 @@ def test_loss_by_hand() -> None:
         ({"variant": "resnet"}, "variant must be one of"),
         ({"patch_px": 48}, "patch_px must divide crop_px"),
         ({"dropout": 1.0}, "dropout"),
+        ({"tokens": "word"}, "tokens must be 'frame' or 'track', got 'word'"),
         ({"kernel": 3}, "unknown model keys"),
     ],
 )

@@ -132,9 +132,10 @@ def test_a_single_recording_cannot_validate(tmp_path: Path) -> None:
         read_training(str(tmp_path))
 
 
-def test_overfits_64_windows(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["residual", "fast"])
+def test_overfits_64_windows(tmp_path: Path, name: str) -> None:
     rng = np.random.default_rng(0)
-    model, training = named_configuration("residual", epochs=1)
+    model, training = named_configuration(name, epochs=1)
     config = replace(model, blocks=1, neighbors=1, dropout=0.0)
     windows = extract_windows([walkers(rng, 8, name=f"{i}", bend=0.06) for i in range(8)], config)
     again = np.tile(np.arange(64), 200)
