@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from predictor.modal_forecast import ModalForecast
 
-REGION_POINTS: Final = 192
+REGION_POINTS: Final = 120
 """Points, all modes together, that the mass of a region is measured with."""
 GOLDEN_ANGLE: Final = np.pi * (3.0 - np.sqrt(5.0))
 
@@ -51,7 +51,8 @@ def nll(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArray[np.floa
         forecast: Of one world, without the W axis.
         future: (F, A, 2) true positions [m].
     """
-    return np.asarray(-_log_mixture(forecast, future[None])[0])
+    each = [_log_densities(forecast, mode, future) for mode in range(len(forecast.position))]
+    return np.asarray(-np.logaddexp.reduce(each, axis=0))
 
 
 def region_mass(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -66,13 +67,13 @@ def region_mass(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArray
         forecast: Of one world, without the W axis.
         future: (F, A, 2) true positions [m].
     """
-    at_truth = _log_mixture(forecast, future[None])  # (1, F, A)
     factor = np.linalg.cholesky(forecast.covariance)  # (M, F, A, 2, 2)
-    offset = _equal_parts(max(1, REGION_POINTS // len(forecast.position)))  # (J, 2)
-    points = forecast.position + np.einsum("mfaxy,jy->jmfax", factor, offset)
-    denser = [_log_mixture(forecast, of_mode) >= at_truth for of_mode in points.swapaxes(0, 1)]
-    share = np.mean(denser, axis=1)  # (M, F, A)
-    return np.asarray((forecast.probability[:, None] * share).sum(axis=0))
+    parts = _equal_parts(max(1, REGION_POINTS // len(forecast.position)))  # (J, 2)
+    offset = np.einsum("mfaxy,jy->jmfax", factor, parts)
+    points = (forecast.position + offset).reshape(-1, *future.shape)  # (J M, F, A, 2)
+    density = _density(forecast, np.concatenate([future[None], points]))
+    denser = (density[1:] >= density[0]).reshape(offset.shape[:-1])  # (J, M, F, A)
+    return np.asarray((forecast.probability[:, None] * denser.mean(axis=0)).sum(axis=0))
 
 
 def _equal_parts(count: int) -> NDArray[np.float64]:
@@ -82,13 +83,22 @@ def _equal_parts(count: int) -> NDArray[np.float64]:
     return np.asarray(radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
-def _log_mixture(forecast: ModalForecast, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(J, F, A) log density of the mixture at (J, F, A, 2) points of each step and agent."""
-    weight = np.log(forecast.probability)[:, None]
-    covariance = forecast.covariance
+def _density(forecast: ModalForecast, points: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(J, F, A) density of the mixture at (J, F, A, 2) points, in the precision that compares."""
+    density = np.zeros(points.shape[:-1], dtype=np.float32)
+    for mode in range(len(forecast.position)):
+        density += np.exp(_log_densities(forecast, mode, points).astype(np.float32))
+    return density
+
+
+def _log_densities(
+    forecast: ModalForecast, mode: int, points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(J, F, A) log of the part of one mode in the density of the mixture at points."""
+    covariance = forecast.covariance[mode]
     xx, xy, yy = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     determinant = xx * yy - xy**2
-    normalization = weight - 0.5 * np.log(determinant) - np.log(2.0 * np.pi)  # (M, F, A)
-    x, y = np.moveaxis(points[:, None] - forecast.position, -1, 0)  # (J, M, F, A)
+    weight = np.log(forecast.probability[mode]) - 0.5 * np.log(determinant) - np.log(2.0 * np.pi)
+    x, y = np.moveaxis(points - forecast.position[mode], -1, 0)
     distance = (yy * x**2 - 2.0 * xy * x * y + xx * y**2) / determinant
-    return np.asarray(np.logaddexp.reduce(normalization - 0.5 * distance, axis=1))
+    return np.asarray(weight - 0.5 * distance)

@@ -12,10 +12,12 @@ from tqdm import tqdm
 from crowdsim.recordings import Recording
 from predictor.calibration import LEVEL
 from predictor.datasets import Unit
-from predictor.forecaster import CalibratedForecaster, Forecaster
+from predictor.forecaster import CalibratedForecaster, Forecaster, ModalForecaster
 from predictor.grounds import Ground
 from predictor.inputs import agent_direction, seen_along
 from predictor.metrics import collides, displacement_errors, misses, moves
+from predictor.modal_forecast import ModalForecast
+from predictor.modal_measures import measures_of_modes, nll_of_radius
 from predictor.scenes import Scene, scenes
 
 WORLDS: Final = 32
@@ -72,8 +74,10 @@ def trajectory_errors(
     parts: list[TrajectoryErrors] = []
     bar = tqdm(desc=recordings[0].name, unit="window", disable=not progress)
     for chunk in _chunks(_all_scenes(forecaster, recordings)):
-        for scene, forecast in zip(chunk, forecast_scenes(forecaster, chunk), strict=True):
+        for scene, (forecast, modes) in zip(chunk, _forecasts(forecaster, chunk), strict=True):
             measures = _measures(scene, forecast, radius, known.get(scene.recording.name))
+            if modes is not None:
+                measures |= _measures_of_modes(scene, modes, unit)
             parts.append(_of_scene(scene, forecast, unit, measures, number=len(parts)))
         bar.update(len(chunk))
     bar.close()
@@ -125,7 +129,16 @@ def _measures(
         found["off_walkable_truth"] = ground.is_off(scene.future).T
     if radius is not None:
         found[f"coverage@{LEVEL}"] = (errors <= radius).astype(np.float64)
+        found["nll"] = nll_of_radius(forecast, radius, scene.future).T
     return found
+
+
+def _measures_of_modes(
+    scene: Scene, modes: ModalForecast, unit: Unit
+) -> dict[str, NDArray[np.float64]]:
+    points = _in(unit, scene, modes.position, scene.future)
+    errors = np.linalg.norm(points[0] - points[1], axis=-1)  # (M, F, A)
+    return measures_of_modes(modes, scene.future, errors)
 
 
 def _joined(
@@ -174,8 +187,33 @@ def _chunks(every: Iterator[Scene]) -> Iterator[list[Scene]]:
         yield chunk
 
 
+def _forecasts(
+    forecaster: Forecaster, batch: Sequence[Scene]
+) -> list[tuple[NDArray[np.float64], ModalForecast | None]]:
+    """Paths (F, A, 2) of the agents of each scene [m], and modes of who has some."""
+    if not isinstance(forecaster, ModalForecaster) or forecaster.modes == 0:
+        return [(path, None) for path in forecast_scenes(forecaster, batch)]
+    found = forecaster.forecast_modes(*_worlds(batch))
+    agents = [found.of_world(i).of_people(scene.agents) for i, scene in enumerate(batch)]
+    return [(modes.path, modes) for modes in agents]
+
+
 def forecast_scenes(forecaster: Forecaster, batch: Sequence[Scene]) -> list[NDArray[np.float64]]:
     """Forecast the agents of several scenes in one call: (F, A, 2) for each [m]."""
+    path = forecaster.forecast(*_worlds(batch))
+    return [path[world][:, scene.agents] for world, scene in enumerate(batch)]
+
+
+def _worlds(
+    batch: Sequence[Scene],
+) -> tuple[
+    NDArray[np.float64],
+    NDArray[np.bool_],
+    list[NDArray[np.uint8] | None],
+    list[NDArray[np.float64] | None],
+    NDArray[np.bool_],
+]:
+    """The scenes as the arguments of `Forecaster.forecast`, their agents selected."""
     steps, people = len(batch[0].history), max(scene.history.shape[1] for scene in batch)
     history = np.zeros((len(batch), steps, people, 2))
     valid = np.zeros((len(batch), steps, people), dtype=np.bool_)
@@ -186,5 +224,4 @@ def forecast_scenes(forecaster: Forecaster, batch: Sequence[Scene]) -> list[NDAr
         select[world, scene.agents] = True
     images = [scene.recording.map_image for scene in batch]
     homographies = [scene.recording.pixel_from_world for scene in batch]
-    path = forecaster.forecast(history, valid, images, homographies, select)
-    return [path[world][:, scene.agents] for world, scene in enumerate(batch)]
+    return history, valid, images, homographies, select
