@@ -71,7 +71,8 @@ def compare(
     }
     tests = read_tests(data)
     grounds = read_grounds(data, tests)
-    columns, errors = {}, {}
+    columns: dict[str, dict[str, Any]] = {}
+    errors: dict[str, dict[str, TrajectoryErrors]] = {}
     for spec, by_seed in forecasters.items():
         by_table = {}
         for seed, by_fold in by_seed.items():

@@ -109,11 +109,19 @@ def read_tests(data: str) -> dict[str, list[Recording]]:
     return {names[0]: _read_simulated(place, drawn)}
 
 
+def crowd_name(data: str) -> Literal["eth_ucy", "sdd", "simulated"]:
+    """Which crowds a name stands for; nothing is read for it."""
+    place, _ = _split_drawn(data)
+    if _is_sdd(place):
+        return "sdd"
+    real = _split_fold(place)[1] is not None or fold_names(place) == ETH_UCY_FOLDS
+    return "eth_ucy" if real else "simulated"
+
+
 def drawn_name(data: str) -> str:
     """Name of the same crowds where their maps are drawn; those of simulated crowds always are."""
     place, _ = _split_drawn(data)
-    real = _split_fold(place)[1] is not None or _is_sdd(place) or fold_names(data) == ETH_UCY_FOLDS
-    return place + DRAWN if real else data
+    return data if crowd_name(data) == "simulated" else place + DRAWN
 
 
 def fold_names(data: str) -> tuple[str, ...]:
@@ -131,12 +139,12 @@ def fold_names(data: str) -> tuple[str, ...]:
 
 def unit_of(data: str) -> Unit:
     """What the errors on some tests are told in: pixels of the picture for SDD, else metres."""
-    return "px" if _is_sdd(_split_drawn(data)[0]) else "m"
+    return "px" if crowd_name(data) == "sdd" else "m"
 
 
 def usual_min_ped(data: str) -> int:
     """What the literature asks of a window: ETH/UCY more than one agent, SDD nothing."""
-    return 0 if _is_sdd(_split_drawn(data)[0]) else 1
+    return 0 if crowd_name(data) == "sdd" else 1
 
 
 def _is_eth_ucy(folder: Path) -> bool:

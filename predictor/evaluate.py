@@ -156,12 +156,18 @@ def _measured(found: TrajectoryErrors, counted: NDArray[np.bool_]) -> dict[str, 
     """Mean of each measure over what is known of it, and per step; what is never known is out."""
     row: dict[str, Any] = {}
     for name, values in found.measures.items():
-        known = values[counted]
-        if np.isfinite(known).any(axis=0).all() and len(known) > 0:
-            row[name] = float(np.nanmean(known))
-            if known.ndim == 2:
-                row[f"{name.partition('@')[0]}_per_step"] = np.nanmean(known, axis=0).tolist()
+        mean = _known_mean(values[counted])
+        if mean is not None:
+            row[name] = mean
+            if values.ndim == 2:
+                per_step = [_known_mean(of_step) for of_step in values[counted].T]
+                row[f"{name.partition('@')[0]}_per_step"] = per_step
     return row
+
+
+def _known_mean(values: NDArray[np.float64]) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) > 0 else None
 
 
 def _expected(found: TrajectoryErrors) -> dict[str, Any]:
@@ -182,8 +188,10 @@ def _mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _mean(values: Sequence[Any]) -> Any:
-    """Mean of the folds that have a value, or of their nested rows; JSON knows no NaN."""
+    """Mean of the folds that have a value, or of each of their steps; JSON knows no NaN."""
     known = [value for value in values if value is not None]
     if known and isinstance(known[0], dict):
         return _mean_row(known)
-    return np.mean(known, axis=0).tolist() if known else None
+    if known and isinstance(known[0], list):
+        return [_mean(of_step) for of_step in zip(*known, strict=True)]
+    return float(np.mean(known)) if known else None
