@@ -5,14 +5,15 @@ from pathlib import Path
 from typing import Final
 
 import torch
+from torch import Tensor
 
 from predictor.checkpoint import load_checkpoint
 from predictor.config import NetworkConfig
 from predictor.networks import Network, build_network, name_of
 
-NEW_FIELDS: Final = ("modes", "dropout")
-"""What may differ from the checkpoint: modes are added to a trained network, and dropout has no
-weights."""
+NEW_FIELDS: Final = ("modes", "dropout", "forecast_steps")
+"""What may differ from the checkpoint: modes are added to a trained network, dropout has no
+weights, and for another horizon the layers that give the paths are drawn anew."""
 NEW_WEIGHTS: Final = "mode_decoder."
 
 
@@ -28,7 +29,7 @@ def continued_network(config: NetworkConfig, seed: int, checkpoint: Path) -> tup
 
     Args:
         config: What the network is; as in the checkpoint, but for `NEW_FIELDS`.
-        seed: Of the weights of modes that the checkpoint does not have.
+        seed: Of the weights that the checkpoint does not have: modes, layers of other sizes.
         checkpoint: As `predictor.checkpoint.load_checkpoint`.
 
     Raises:
@@ -38,14 +39,24 @@ def continued_network(config: NetworkConfig, seed: int, checkpoint: Path) -> tup
     trained, about = load_checkpoint(checkpoint)
     _require_same(checkpoint, trained.config, config)
     network = drawn_network(config, seed)
-    odd = network.load_state_dict(trained.state_dict(), strict=False)
-    missing = [name for name in odd.missing_keys if not name.startswith(NEW_WEIGHTS)]
-    if missing or odd.unexpected_keys:
+    learned = trained.state_dict()
+    missing = [
+        name for name in network.state_dict().keys() - learned if not name.startswith(NEW_WEIGHTS)
+    ]
+    unexpected = learned.keys() - network.state_dict()
+    if missing or unexpected:
         raise ValueError(
             f"{checkpoint}: expected the weights of the network to be trained, "
-            f"found them to differ in {(missing + odd.unexpected_keys)[:4]}"
+            f"found them to differ in {sorted([*missing, *unexpected])[:4]}"
         )
+    network.load_state_dict({**network.state_dict(), **_of_same_size(learned, network)})
     return network, str(about["sha256"])
+
+
+def _of_same_size(learned: dict[str, Tensor], network: Network) -> dict[str, Tensor]:
+    """The learned weights that have the sizes of those of `network`."""
+    sizes = {name: drawn.shape for name, drawn in network.state_dict().items()}
+    return {name: weights for name, weights in learned.items() if weights.shape == sizes[name]}
 
 
 def _require_same(checkpoint: Path, found: NetworkConfig, expected: NetworkConfig) -> None:

@@ -1,13 +1,18 @@
 """Forecasts beyond what a network was trained for: they go on, and never explode."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hand_made_crowds import BASELINES, baseline, network, walkers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from predictor.checkpoint import save_checkpoint
 from predictor.config import ModelName
 from predictor.horizon import ANYBODYS_SPEED, TOP_SPEED, bounded, speed_limit
+from predictor.initial_weights import continued_network
 from predictor.network_forecaster import NetworkForecaster
 from predictor.scenes import scenes
 
@@ -90,3 +95,14 @@ def test_the_map_and_the_neighbors_move_along() -> None:
     assert distance > 1.0
     alone = calm.forecast(scene.history, scene.valid & (np.arange(6) == 0), *picture)
     assert np.abs(alone[12:, 0] - plain[12:, 0]).max() > 1e-4
+
+
+def test_a_network_for_another_horizon_begins_with_what_it_can_use(tmp_path: Path) -> None:
+    """All but the layers that give the paths: the first forecasts then look at the same."""
+    trained = network("patch", seed=3)
+    save_checkpoint(tmp_path / "best.safetensors", trained, {})
+    longer, _ = continued_network(replace(trained.config, forecast_steps=24), 0, tmp_path)
+    learned, begun = trained.state_dict(), longer.state_dict()
+    kept = {name for name in begun if begun[name].equal(learned[name])}
+    anew = {"trajectory_decoder.4.weight", "trajectory_decoder.4.bias"}
+    assert begun.keys() - kept == anew
