@@ -7,7 +7,7 @@ from hand_made_crowds import network, walkers
 from torch import nn
 
 from predictor.config import ModelConfig, TrainConfig, Variant, named_configuration
-from predictor.model import IterativeAttention, loss, sinusoidal_code
+from predictor.model import IterativeAttention, PatchEncoder, loss, sinusoidal_code
 from predictor.tensors import tensors
 from predictor.windows import Windows, extract_windows
 
@@ -68,6 +68,14 @@ def test_each_stream_reaches_the_forecast_and_a_masked_one_does_not(
             assert torch.isfinite(unseen).all(), stream
             assert not torch.allclose(seen, unseen, atol=1e-4), stream
             assert torch.equal(unseen, model(**edited)[1]), stream
+
+
+def test_patch_tokens_are_the_linear_map_of_centred_pixels() -> None:
+    encoder = PatchEncoder(ModelConfig(variant="patch", crop_px=4, patch_px=2))
+    crop = torch.randint(0, 256, (3, 4, 4, 3), dtype=torch.uint8)
+    upper_right = crop[:, :2, 2:].flatten(1) / 255.0 - 0.5
+    expected = encoder.linear(upper_right) + encoder.position_code[1]
+    torch.testing.assert_close(encoder(crop)[:, 1], expected)
 
 
 def test_residual_path_is_constant_velocity_where_the_decoders_are_silent() -> None:
