@@ -152,17 +152,17 @@ class Bicycle:
     def drive(self, state: RobotState, dt: float, steps: int) -> Floats:
         """Speeds up, turns, and returns the (W, steps, 2) velocities to reach, world frame."""
         gain = self.max_acceleration * dt * np.arange(1.0, steps + 1.0)
-        change = (state.command[:, 0] - self._speed(state))[:, None]
-        speed = self._speed(state)[:, None] + np.clip(change, -gain, gain)  # (W, steps)
-        curvature = self._curvature(state)
-        headings = state.heading[:, None] + curvature * dt * np.cumsum(speed, axis=1)
+        now = _speed(state)
+        speed = now + np.clip(state.command[:, :1] - now, -gain, gain)  # (W, steps)
+        turn = self._curvature(state) * dt * speed
+        headings = state.heading[:, None] + np.cumsum(turn, axis=1)
         state.heading[:] = wrap_angle(headings[:, -1])
-        state.angular_speed[:] = curvature[:, 0] * speed[:, -1]
-        return speed[..., None] * direction(headings)
+        state.angular_speed[:] = turn[:, -1] / dt
+        return speed[..., None] * direction(headings - 0.5 * turn)
 
     def rollout(self, state: RobotState, times: Floats) -> Floats:
         """Returns (W, F, 2) positions on the arc that the command describes."""
-        speed, wanted = self._speed(state)[:, None], state.command[:, :1]
+        speed, wanted = _speed(state), state.command[:, :1]
         gain = np.copysign(self.max_acceleration, wanted - speed)
         ramp = np.minimum((wanted - speed) / gain, times)  # (W, F) how long the speed changes
         way = speed * ramp + 0.5 * gain * ramp**2 + wanted * (times - ramp)
@@ -170,10 +170,6 @@ class Bicycle:
         course = state.heading[:, None] + 0.5 * turn
         chord = way * np.sinc(turn / (2.0 * np.pi))
         return state.position[:, None] + chord[:, :, None] * direction(course)
-
-    def _speed(self, state: RobotState) -> Floats:
-        """(W,) speed ahead [m/s]."""
-        return np.maximum((state.velocity * direction(state.heading)).sum(axis=-1), 0.0)
 
     def _curvature(self, state: RobotState) -> Floats:
         """(W, 1) turn per metre [rad/m]."""
@@ -237,6 +233,11 @@ def to_robot(vectors: Floats, heading: Floats) -> Floats:
     Subtract the robot's position first if the vectors are points.
     """
     return _rotated(vectors, -heading)
+
+
+def _speed(state: RobotState) -> Floats:
+    """(W, 1) speed of the robots' bodies [m/s]."""
+    return np.asarray(np.sqrt((state.velocity**2).sum(axis=-1, keepdims=True)))
 
 
 def _rotated(vectors: Floats, angle: Floats) -> Floats:

@@ -20,7 +20,7 @@ UPDATE_STEPS = 64
 def train_policy(
     scenario: str = "circular_crossing",
     scenario_parameters: dict[str, Any] | None = None,
-    robot: Literal["unicycle", "holonomic"] = "unicycle",
+    robot: Literal["unicycle", "holonomic", "bicycle"] = "unicycle",
     forecaster: str = "constant_velocity",
     steps: PositiveInt = 500_000,
     environments: PositiveInt = 32,

@@ -52,7 +52,7 @@ class MPPIParameters:
 
 
 class MPPIPolicy(Policy):
-    """Model predictive path integral control on forecasts, for both kinds of robot.
+    """Model predictive path integral control on forecasts, for every kind of robot.
 
     Every call improves the plan of the last one, shifted by a step, and takes its first control.
     How people are expected to move, `SceneReader` says.

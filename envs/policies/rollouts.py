@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from envs.policies.robot_motion import Limits, advance, feasible, steer
+from envs.policies.robot_motion import Limits, advance, detour, feasible, steer
 
 BRAKE, STEER = 1, 2
 """Rows of the sample table that hold no noise: stop now, and head for the target at full speed."""
@@ -28,7 +28,7 @@ class Costs(NamedTuple):
     """Weights of the rollout cost, per second unless said otherwise.
 
     Attributes:
-        distance: Per metre of way that is left to the goal.
+        distance: Per metre of way that is left to the goal, turning included.
         terminal: Once, per metre of way that is left at the end of the rollout.
         contact: While nearer than `slack` to a person or a wall.
         slack: Clearance that counts as contact: plans are not followed to the centimetre [m].
@@ -170,6 +170,7 @@ def rollout(
     last_a, last_b = scene.velocity[0], scene.velocity[1]
     unit = limits.speed if limits.holonomic else limits.angular_speed
     left = way_left(x, y, scene.waypoint, scene.goal)
+    turn = 0.0
     for t in range(len(controls)):
         a, b = controls[t, 0], controls[t, 1]
         if steering:
@@ -180,7 +181,9 @@ def rollout(
         x, y, heading = advance(x, y, heading, a, b, limits)
         left = way_left(x, y, scene.waypoint, scene.goal)
         ahead = (t + 1) * limits.dt
-        rate = costs.distance * left
+        target = scene.goal if past(x, y, scene.waypoint) else scene.waypoint
+        turn = detour(x, y, heading, target, limits)
+        rate = costs.distance * (left + turn)
         rate += people_cost(x, y, ahead, scene.people[t], scene.reach, costs)
         rate += wall_cost(x, y, scene.walls, limits.radius, costs)
         jerk = ((a - last_a) / limits.speed) ** 2 + ((b - last_b) / unit) ** 2
@@ -191,7 +194,7 @@ def rollout(
             return float(total)
         if total + at_least(left, len(controls) - 1 - t, limits, costs) > worst:
             return np.inf
-    return float(total + costs.terminal * left)
+    return float(total + costs.terminal * (left + turn))
 
 
 @njit(cache=True)

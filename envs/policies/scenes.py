@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -12,6 +13,7 @@ from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation
 from envs.policies.robot_motion import Limits
 from envs.policies.rollouts import Scene, walls_seen
+from envs.robots import turning_limit
 
 Floats = NDArray[np.float64]
 
@@ -77,14 +79,17 @@ class SceneReader:
 
 def robot_limits(config: CrowdNavConfig) -> Limits:
     """Returns what the robot of the environment can do, a rollout step being a policy step."""
+    bicycle = config.robot == "bicycle"
     return Limits(
         holonomic=config.robot == "holonomic",
         speed=config.max_speed,
-        angular_speed=config.max_angular_speed,
+        angular_speed=turning_limit(config),
         acceleration=config.max_acceleration,
         radius=config.robot_radius,
         goal_radius=config.goal_radius,
         dt=config.policy_dt,
+        curvature=math.tan(config.max_steering) / config.wheelbase if bicycle else math.inf,
+        wheelbase=config.wheelbase,
     )
 
 
@@ -101,4 +106,17 @@ def to_actions(controls: Floats, limits: Limits) -> NDArray[np.float32]:
     if limits.holonomic:
         return (controls / limits.speed).astype(np.float32)
     speed = 2.0 * controls[:, 0] / limits.speed - 1.0
-    return np.stack((speed, controls[:, 1] / limits.angular_speed), axis=1).astype(np.float32)
+    turn = turning_action(controls[:, 0], controls[:, 1], limits)
+    return np.stack((speed, turn), axis=1).astype(np.float32)
+
+
+def turning_action(speed: Floats, turn: Floats, limits: Limits) -> Floats:
+    """Returns the second action (W,) in [-1, 1] that turns at (W,) rad/s while driving at `speed`.
+
+    That of a bicycle is its steering angle, as a share of the largest.
+    """
+    if math.isinf(limits.curvature):
+        return np.clip(turn / limits.angular_speed, -1.0, 1.0)
+    curvature = np.clip(turn / np.maximum(speed, 1e-6), -limits.curvature, limits.curvature)
+    steering = np.arctan(curvature * limits.wheelbase)
+    return np.asarray(steering / math.atan(limits.curvature * limits.wheelbase))

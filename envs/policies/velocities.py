@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from envs.config import CrowdNavConfig
 from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation, Policy
-from envs.policies.robot_motion import STEERING_GAIN, Limits
-from envs.policies.scenes import robot_limits
+from envs.policies.robot_motion import CREEP, STEERING_GAIN, Limits, encircled
+from envs.policies.scenes import robot_limits, turning_action
 
 Floats = NDArray[np.float64]
 
 _VELOCITY = [ROBOT_INDEX["velocity_x"], ROBOT_INDEX["velocity_y"]]
-_WAYPOINT = [ROBOT_INDEX["waypoint_x"], ROBOT_INDEX["waypoint_y"]]
+WAYPOINT = [ROBOT_INDEX["waypoint_x"], ROBOT_INDEX["waypoint_y"]]
 
 
 class Surroundings(NamedTuple):
@@ -73,10 +73,9 @@ class VelocityPolicy(Policy):
         rays = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
         for world, fields in enumerate(robot):
             there, hit = valid[world], ranges[world] < self._sensor_range
-            waypoint = fields[_WAYPOINT]
             yield Surroundings(
                 velocity=fields[_VELOCITY],
-                wanted=waypoint * (self._limits.speed / max(np.hypot(*waypoint), 1e-6)),
+                wanted=towards(fields[WAYPOINT], self._limits),
                 people=history[world, there, -1],
                 people_velocity=step[world, there] / self._frame_dt,
                 contact=contact[world, there],
@@ -84,14 +83,29 @@ class VelocityPolicy(Policy):
             )
 
 
+def towards(target: Floats, limits: Limits) -> Floats:
+    """Returns the velocity (..., 2) at full speed towards targets (..., 2), robot frame.
+
+    A bicycle first drives away from what lies within its turning circle.
+    """
+    x, y = target[..., 0], target[..., 1]
+    velocity = target * (limits.speed / np.maximum(np.hypot(x, y), 1e-6))[..., None]
+    away = np.asarray(encircled(x, y, 0.5 * limits.goal_radius, limits))[..., None]
+    return np.where(away, (limits.speed, 0.0), velocity)
+
+
 def velocity_actions(velocity: Floats, limits: Limits) -> NDArray[np.float32]:
     """Returns the actions (W, 2) that bring robots to velocities (W, 2) in their own frames.
 
-    A unicycle turns towards the velocity and drives as fast as it points that way.
+    A unicycle turns towards the velocity and drives as fast as it points that way; a bicycle
+    creeps where that would be no way to turn.
     """
     if limits.holonomic:
         return (velocity / limits.speed).astype(np.float32)
     bearing = np.arctan2(velocity[:, 1], velocity[:, 0])
-    forward = 2.0 * np.maximum(velocity[:, 0], 0.0) / limits.speed - 1.0
-    turn = np.clip(STEERING_GAIN * bearing / limits.angular_speed, -1.0, 1.0)
-    return np.stack((np.minimum(forward, 1.0), turn), axis=1).astype(np.float32)
+    speed, gain = np.clip(velocity[:, 0], 0.0, limits.speed), STEERING_GAIN
+    if np.isfinite(limits.curvature):
+        gain = 1.0 / limits.dt
+        speed = np.maximum(speed, CREEP * np.minimum(np.hypot(*velocity.T), limits.speed))
+    turn = turning_action(speed, gain * bearing, limits)
+    return np.stack((2.0 * speed / limits.speed - 1.0, turn), axis=1).astype(np.float32)

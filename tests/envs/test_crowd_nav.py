@@ -18,9 +18,9 @@ from envs.rewards import REWARD_TERMS
 from envs.twin import run_twin
 
 IDS = ("crowdnav/CrowdNav-v0", "crowdnav/CrowdNavFlat-v0")
-ROBOTS = ("unicycle", "holonomic")
-AHEAD = {"unicycle": (1.0, 0.0), "holonomic": (1.0, 0.0)}
-STAND = {"unicycle": (-1.0, 0.0), "holonomic": (0.0, 0.0)}
+ROBOTS = ("unicycle", "holonomic", "bicycle")
+AHEAD = {"unicycle": (1.0, 0.0), "holonomic": (1.0, 0.0), "bicycle": (1.0, 0.0)}
+STAND = {"unicycle": (-1.0, 0.0), "holonomic": (0.0, 0.0), "bicycle": (-1.0, 0.0)}
 
 
 def make(scenario="circular_crossing", **keywords):

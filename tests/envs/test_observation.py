@@ -10,9 +10,9 @@ from crowdsim.surfaces import Surface
 from envs.observation import GOAL_RANGE, MAP_PIXELS, MAP_SIDE, ROBOT_FIELDS, ROBOT_INDEX
 from envs.robots import direction
 
-ROBOTS = ("unicycle", "holonomic")
+ROBOTS = ("unicycle", "holonomic", "bicycle")
 HEADINGS = (0.0, 2.1, -np.pi / 2)
-STAND = {"unicycle": (-1.0, 0.0), "holonomic": (0.0, 0.0)}
+STAND = {"unicycle": (-1.0, 0.0), "holonomic": (0.0, 0.0), "bicycle": (-1.0, 0.0)}
 
 
 def turned(points, heading):

@@ -1,9 +1,15 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from crowdsim.map import Map
+from crowdsim.pedestrians import Pedestrians
+from crowdsim.scenario import Scenario
 from envs.config import make_config
 from envs.robots import (
+    Bicycle,
     Holonomic,
     RobotState,
     Unicycle,
@@ -13,6 +19,9 @@ from envs.robots import (
     to_world,
     wrap_angle,
 )
+from envs.worlds import Worlds
+
+BICYCLE = Bicycle(1.2, 2.5, 0.6, 0.5)
 
 
 def drive(robot, action, seconds, *, dt=0.001, heading=0.0):
@@ -23,6 +32,7 @@ def drive(robot, action, seconds, *, dt=0.001, heading=0.0):
     planned = robot.rollout(state, np.array([seconds]))[0, 0]
     for velocity in np.moveaxis(robot.drive(state, dt, round(seconds / dt)), 1, 0):
         state.position += velocity * dt
+        state.velocity[:] = velocity
     return state, planned
 
 
@@ -55,11 +65,65 @@ def test_holonomic_actions_beyond_the_disc_are_shortened():
     assert_allclose(np.hypot(*state.command.T), (1.2, 0.6))
 
 
-@pytest.mark.parametrize("robot", [Unicycle(1.2, 1.5), Holonomic(1.2)])
+@pytest.mark.parametrize("robot", [Unicycle(1.2, 1.5), Holonomic(1.2), BICYCLE])
 @pytest.mark.parametrize("action", [(0.7, 0.4), (0.2, 0.0), (0.5, -1.0)])
 def test_rollout_is_where_the_robot_gets_to(robot, action):
     state, planned = drive(robot, action, 2.0, heading=0.7)
     assert_allclose(planned, state.position[0], atol=2e-3)
+
+
+def test_a_bicycle_cannot_turn_where_it_stands():
+    state, _ = drive(BICYCLE, (-1.0, 1.0), 2.0)
+    assert_allclose(state.position[0], (1.0, 2.0))
+    assert state.heading[0] == 0.0
+
+
+def test_a_bicycle_steers_around_its_turning_circle():
+    # tan(0.6) / 0.5 is the curvature: half a circle later it is a diameter to the left.
+    radius = 0.5 / np.tan(0.6)
+    eager = Bicycle(1.0, 1e6, 0.6, 0.5)
+    state, _ = drive(eager, (1.0, 1.0), np.pi * radius)
+    assert_allclose(state.position[0], (1.0, 2.0 + 2.0 * radius), atol=5e-3)
+
+
+def test_a_bicycle_gains_speed_by_its_acceleration():
+    state, _ = drive(BICYCLE, (1.0, 0.0), 0.4)
+    assert_allclose(state.position[0, 0], 1.0 + 0.5 * 2.5 * 0.4**2, atol=2e-3)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    kind=st.sampled_from(["unicycle", "holonomic", "bicycle"]),
+    action=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
+    heading=st.floats(-3.0, 3.0),
+    before=st.integers(0, 8),
+)
+def test_rollout_is_where_the_physics_takes_the_robot(kind, action, heading, before):
+    config = make_config(robot=kind)
+    robot, worlds = make_robot(config), Worlds(config, 1, record=False)
+    worlds.restart(0, nobody_there(heading), np.random.default_rng(0))
+    robot.apply(np.array([action]), worlds.robots)
+    # Rollouts of these two take it that they move by their command already.
+    for _ in range(before if kind == "bicycle" else 4):
+        worlds.step(robot)
+    planned = robot.rollout(worlds.robots, np.arange(1.0, 11.0) * config.policy_dt)[0]
+    for position in planned:
+        worlds.step(robot)
+        # A physics step of a turn at full speed is not an arc, but nearly.
+        assert_allclose(worlds.robots.position[0], position, atol=0.1)
+
+
+def nobody_there(heading):
+    return Scenario(
+        name="by_hand",
+        map=Map(bounds=(-20.0, -20.0, 20.0, 20.0)),
+        pedestrians=Pedestrians.draw(
+            np.random.default_rng(0), position=np.zeros((0, 2)), waypoints=np.zeros((0, 2))
+        ),
+        robot_start=(0.0, 0.0, heading),
+        robot_goal=(8.0, 0.0),
+        time_limit=10.0,
+    )
 
 
 def test_rollout_of_many_equals_rollouts_of_each():

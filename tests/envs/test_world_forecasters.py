@@ -23,7 +23,7 @@ def percepts(forecaster, *, seeds=(3,), steps=0, **keywords):
     return episodes, [episodes.percept(world) for world in range(len(seeds))]
 
 
-@pytest.mark.parametrize("robot", ["unicycle", "holonomic"])
+@pytest.mark.parametrize("robot", ["unicycle", "holonomic", "bicycle"])
 @pytest.mark.parametrize("scenario", ["circular_crossing", "narrow_doorway"])
 def test_the_oracle_is_right_while_the_robot_keeps_its_command(scenario, robot):
     episodes, [(percept, row)] = percepts("oracle", scenario=scenario, robot=robot, steps=10)

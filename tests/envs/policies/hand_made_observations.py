@@ -6,6 +6,7 @@ import numpy as np
 
 from envs.config import CrowdNavConfig
 from envs.observation import ROBOT_INDEX, observation_space
+from envs.robots import turning_limit
 
 
 def empty_observation(config, *, goal=(6.0, 0.0), waypoint=None, velocity=(0.0, 0.0, 0.0)):
@@ -25,7 +26,7 @@ def empty_observation(config, *, goal=(6.0, 0.0), waypoint=None, velocity=(0.0, 
         "waypoint_y": waypoint[1],
         "radius": config.robot_radius,
         "max_speed": config.max_speed,
-        "max_angular_speed": config.max_angular_speed if config.robot == "unicycle" else 0.0,
+        "max_angular_speed": turning_limit(config),
         "max_acceleration": config.max_acceleration,
         "time_left": 1.0,
     }
@@ -67,7 +68,7 @@ class Drive:
 
     def observation(self):
         rotation = self._robot_from_world()
-        if self.config.robot == "unicycle":
+        if self.config.robot != "holonomic":
             velocity = (self.command[0], 0.0, self.command[1])
         else:
             velocity = (*self.command, 0.0)
@@ -81,9 +82,10 @@ class Drive:
 
     def step(self, action):
         dt, limit = self.config.policy_dt, self.config.max_speed
-        if self.config.robot == "unicycle":
-            turn = action[1] * self.config.max_angular_speed
-            self.command = np.array([0.5 * (action[0] + 1.0) * limit, turn])
+        if self.config.robot != "holonomic":
+            speed = 0.5 * (action[0] + 1.0) * limit
+            turn = self._turn(speed, action[1])
+            self.command = np.array([speed, turn])
             self.heading += turn * dt
             self.position = self.position + dt * self.command[0] * np.array(
                 [np.cos(self.heading), np.sin(self.heading)]
@@ -93,6 +95,11 @@ class Drive:
             self.position = self.position + dt * self._robot_from_world().T @ self.command
         self.time += dt
         self._measure()
+
+    def _turn(self, speed, action):
+        if self.config.robot == "unicycle":
+            return action * self.config.max_angular_speed
+        return speed * np.tan(action * self.config.max_steering) / self.config.wheelbase
 
     def run(self, policy, seconds=20.0):
         """Drive until the goal is reached; whether it was."""

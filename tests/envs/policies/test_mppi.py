@@ -6,7 +6,7 @@ from envs.config import CrowdNavConfig
 from envs.policies import MPPIParameters, MPPIPolicy, StraightPolicy
 from envs.policies.scenes import interpolation
 
-ROBOTS = ["unicycle", "holonomic"]
+ROBOTS = ["unicycle", "holonomic", "bicycle"]
 CROSSING = [((4.0, 4.0), (0.0, -1.0))]
 ONCOMING = [((8.0, y), (-1.2, 0.0)) for y in (-1.0, 0.0, 1.0)]
 STANDING = [((4.0, 0.0), (0.0, 0.0))]
@@ -47,7 +47,7 @@ def test_reset_forgets_the_plans_of_the_masked_worlds_only():
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("goal", [(8.0, 0.0), (-5.0, 3.0), (0.0, 0.8)])
+@pytest.mark.parametrize("goal", [(8.0, 0.0), (-5.0, 3.0), (0.0, 1.4)])
 def test_an_empty_place_is_crossed_almost_as_fast_as_by_driving_straight(robot, goal):
     config = CrowdNavConfig(robot=robot)
     planned, straight = Drive(config, goal=goal), Drive(config, goal=goal)
@@ -112,7 +112,7 @@ def test_it_brakes_in_front_of_a_wall(robot):
 
 def speed_ahead(action, config):
     """Speed ahead that an action commands [m/s]."""
-    scale = 0.5 * (action[0] + 1.0) if config.robot == "unicycle" else action[0]
+    scale = 0.5 * (action[0] + 1.0) if config.robot != "holonomic" else action[0]
     return scale * config.max_speed
 
 

@@ -8,7 +8,7 @@ from envs.config import CrowdNavConfig
 from envs.policies import DWAPolicy, ORCAPolicy, SocialForcePolicy, StraightPolicy
 
 POLICIES = [DWAPolicy, ORCAPolicy, SocialForcePolicy]
-ROBOTS = ["unicycle", "holonomic"]
+ROBOTS = ["unicycle", "holonomic", "bicycle"]
 CROSSING = [((4.0, 4.0), (0.0, -1.0))]
 ONCOMING = [((8.0, 0.1), (-1.0, 0.0))]
 STANDING = [((4.0, 0.1), (0.0, 0.0))]
@@ -36,7 +36,7 @@ def test_actions_are_within_bounds_and_do_not_depend_on_other_worlds(make, robot
 
 @pytest.mark.parametrize("make", POLICIES)
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("goal", [(8.0, 0.0), (-5.0, 3.0), (0.0, 0.8)])
+@pytest.mark.parametrize("goal", [(8.0, 0.0), (-5.0, 3.0), (0.0, 1.4)])
 def test_an_empty_place_is_crossed_almost_as_fast_as_by_driving_straight(make, robot, goal):
     config = CrowdNavConfig(robot=robot)
     driven, straight = Drive(config, goal=goal), Drive(config, goal=goal)
