@@ -9,6 +9,7 @@ from hand_made_crowds import baseline, walkers
 from crowdsim.recordings import write_recordings
 from predictor.calibration import calibration, conformal_radius, radius_of
 from predictor.checkpoint import save_checkpoint
+from predictor.constant_velocity import RADIUS, ConstantVelocityForecaster
 from predictor.evaluate import evaluate
 from predictor.forecaster import CalibratedForecaster, make_forecaster
 from predictor.networks import configuration
@@ -61,3 +62,16 @@ def test_no_calibration_is_none() -> None:
     radius = radius_of({"calibration": calibration(np.full((50, 12), 0.5))}, 12)
     assert radius is not None
     assert radius.tolist() == [0.5] * 12
+
+
+def test_constant_velocity_knows_its_radii_at_any_horizon_and_frame() -> None:
+    forecaster = make_forecaster("constant_velocity")
+    assert isinstance(forecaster, CalibratedForecaster)
+    np.testing.assert_allclose(forecaster.radius, RADIUS)
+    long = ConstantVelocityForecaster(forecast_steps=48).radius
+    fine = ConstantVelocityForecaster(forecast_steps=96, frame_dt=0.2).radius
+    assert long is not None
+    assert fine is not None
+    np.testing.assert_allclose(fine[1::2], long)
+    np.testing.assert_allclose(np.diff(long[11:]), RADIUS[11] - RADIUS[10])
+    assert (np.diff(long) > 0.0).all()
