@@ -40,6 +40,8 @@ def measures_of_modes(
     }
     for k in sorted({min(k, modes) for k in (*MODES_COUNTED, modes)}):
         found[f"min_ade_{k}"], found[f"min_fde_{k}"] = min_ade(errors, k), min_fde(errors, k)
+        if k == 1:
+            continue  # then there is one future, joint or not
         found[f"min_joint_ade_{k}"] = np.full(agents, min_joint_ade(errors, k))
         found[f"min_joint_fde_{k}"] = np.full(agents, min_joint_fde(errors, k))
     return found

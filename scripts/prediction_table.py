@@ -15,8 +15,12 @@ MEASURES: Final = {
     "collision_2": "meets true paths [%]",
     "off_walkable": "off the ground [%]",
     "coverage@0.9": "coverage@0.9 [%]",
+    "region_coverage@0.9": "region_coverage@0.9 [%]",
 }
 """Shares in the second table, where a column has them, by their keys in a row."""
+
+NEAREST: Final = ("min_ade_", "min_joint_ade_")
+"""How the keys begin of what is measured of the nearest of several futures."""
 
 TRUTHS: Final = {"collision_2": "collision_truth", "off_walkable": "off_walkable_truth"}
 """What the truth itself has of a measure."""
@@ -70,7 +74,21 @@ def _measures(found: dict[str, Any]) -> Table:
         truth = rows[0].get(TRUTHS.get(key, ""))
         cells = [_percent(row.get(key)) for row in rows]
         table.add_row(escape(MEASURES[key]), *cells, _percent(truth))
+    for label, cells in _futures(rows, found["protocol"]["unit"]):
+        table.add_row(escape(label), *cells)
     return table
+
+
+def _futures(rows: list[dict[str, Any]], unit: str) -> list[tuple[str, list[str]]]:
+    """Density at the truth, and the best of k most probable modes; each minimum by itself."""
+    lines = [("nll [nat]", ["" if "nll" not in row else f"{row['nll']:.3f}" for row in rows])]
+    for ade in dict.fromkeys(key for row in rows for key in row if key.startswith(NEAREST)):
+        if ade.endswith("_sd"):
+            continue
+        fde = ade.replace("_ade_", "_fde_")
+        of_columns = [{"ade": row.get(ade), "fde": row.get(fde)} for row in rows]
+        lines.append((f"{ade} / fde [{unit}]", [_cell(row, unit) for row in of_columns]))
+    return lines
 
 
 def _percent(share: float | None) -> str:
