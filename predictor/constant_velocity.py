@@ -10,8 +10,8 @@ from predictor.inputs import check_tracks, last_step
 
 RADIUS: Final = (0.107, 0.262, 0.443, 0.646, 0.866, 1.097, 1.334, 1.583, 1.84, 2.111, 2.391, 2.679)
 """Split-conformal radii (`predictor.calibration`) after 0.4, 0.8 ... 4.8 s [m]. Measured on 91,805
-windows of simulated crowds: `crowdnav generate --scenario mixed --hours 8 --seconds 24 --seed 1 --out
-runs/crowds8` and `python tests/validation/constant_velocity_radius.py runs/crowds8`."""
+windows of simulated crowds: `crowdnav generate --scenario mixed --hours 8 --seconds 24 --seed 1
+--out runs/crowds8` and `python tests/validation/constant_velocity_radius.py runs/crowds8`."""
 RADIUS_DT: Final = 0.4
 """Time between two of them [s]."""
 
