@@ -31,11 +31,14 @@ class Ablation:
             it goes on at the other).
         neighbors: Whether other people are shown.
         history: Whether more than the last step is shown of the agent's own history.
+        mirrored: Whether all is shown a second time with left and right exchanged, and the two
+            forecasts are averaged (`predictor.mirrored`).
     """
 
     ground: Ground = "real"
     neighbors: bool = True
     history: bool = True
+    mirrored: bool = False
 
 
 EVERYTHING: Final = Ablation()
@@ -47,6 +50,7 @@ ENDINGS: Final[dict[str, dict[str, Any]]] = {
     "@wrong_map": {"ground": "wrong"},
     "@no_neighbors": {"neighbors": False},
     "@no_history": {"history": False},
+    "@mirrored": {"mirrored": True},
 }
 """Endings of names, and what each changes in an `Ablation`."""
 

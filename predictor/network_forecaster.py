@@ -15,6 +15,7 @@ from predictor.checkpoint import load_checkpoint
 from predictor.config import ModelConfig
 from predictor.horizon import bounded, speed_limit
 from predictor.inputs import AgentInputs, build_inputs_of_worlds, check_tracks, to_world
+from predictor.mirrored import Mirrored
 from predictor.modal_forecast import ModalForecast, covariance_in_world, scaled, standing
 from predictor.model import IterativeAttention
 from predictor.modes import ordered
@@ -50,8 +51,8 @@ class NetworkForecaster:
 
     Attributes:
         radius: That of the frames that are forecast; None where it is not known for all of them.
-        modes: How many modes `forecast_modes` gives; 0 if the network has none, or where frames are
-            forecast beyond those that it was trained for.
+        modes: How many modes `forecast_modes` gives; 0 if the network has none, where frames are
+            forecast beyond those that it was trained for, and where forecasts are averaged.
     """
 
     def __init__(
@@ -63,7 +64,8 @@ class NetworkForecaster:
         temperature: NDArray[np.float64] | None = None,
         ablation: Ablation = EVERYTHING,
     ) -> None:
-        self.network = network.eval()
+        shown = Mirrored(network) if ablation.mirrored else network
+        self.network: Network | OnnxNetwork | Mirrored = shown.eval()
         self._ablation = ablation
         self.name = name_of(network.config)
         self.frame_dt = network.config.frame_dt
@@ -76,7 +78,8 @@ class NetworkForecaster:
             radius = radius[: self.forecast_steps] if len(radius) >= self.forecast_steps else None
         self.radius = radius
         config = network.config
-        self.modes = config.modes if isinstance(config, ModelConfig) and not rolled else 0
+        one_path = rolled or ablation.mirrored
+        self.modes = config.modes if isinstance(config, ModelConfig) and not one_path else 0
         self._temperature = 1.0 if temperature is None else temperature[: self.forecast_steps]
 
     @classmethod

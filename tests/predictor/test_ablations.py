@@ -116,3 +116,23 @@ def test_wrong_ground_is_that_half_a_picture_away() -> None:
     assert np.array_equal(crop(track, wrong), crop(track + away, EVERYTHING))
     beyond_two_edges = crop(track + away, wrong)
     assert np.array_equal(beyond_two_edges, crop(track, EVERYTHING))
+
+
+def test_mirrored_forecast_is_the_same_for_both_sides() -> None:
+    """Of a network that is not: the forecast of the mirrored scene is the mirrored forecast."""
+    recording, seeing = walkers(np.random.default_rng(1), people=9), network("patch")
+    scene = next(scenes(recording, history_steps=8, forecast_steps=12))
+    mirror = np.diag([1.0, -1.0, 1.0])
+    assert recording.pixel_from_world is not None
+    for ablation, least, most in ((EVERYTHING, 0.01, np.inf), (Ablation(mirrored=True), 0.0, 1e-3)):
+        forecaster = NetworkForecaster(seeing, ablation=ablation)
+        there, here = (
+            forecaster.forecast(
+                scene.history @ side[:2, :2],
+                scene.valid,
+                recording.map_image,
+                recording.pixel_from_world @ side,
+            )
+            for side in (mirror, np.eye(3))
+        )
+        assert least <= np.abs(there @ mirror[:2, :2] - here).max() <= most
