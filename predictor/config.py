@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, get_args
 
-Variant = Literal["none", "patch"]
-VARIANTS: tuple[Variant, ...] = ("none", "patch")
+from predictor.backbone_config import BACKBONES, PICTURE_PX, BackboneConfig
+
+Variant = Literal["none", "patch", "resnet18", "vit_b16"]
+VARIANTS: tuple[Variant, ...] = get_args(Variant)
 ModelName = Literal["iterative_attention", "history_mlp", "lstm", "social_lstm"]
 ConfigName = Literal["paper", "residual", "finetune", "fast"]
 Device = Literal["auto", "cpu", "cuda", "mps"]
@@ -21,7 +23,8 @@ class NetworkConfig:
     """What every network sees and gives; each adds its own sizes.
 
     Attributes:
-        variant: Map features: `none`, or `patch` for linear patches of the rotated crop.
+        variant: Map features: `none`, `patch` for linear patches of the rotated crop, or those of
+            a network for pictures, `resnet18` or `vit_b16`.
         history_steps: Observed frames, the last one is now.
         forecast_steps: Frames forecast in one pass.
         frame_dt: Time between two frames [s].
@@ -96,6 +99,7 @@ class ModelConfig(NetworkConfig):
         path_rows: How the latent rows become a path: `mean` decodes each row and averages (the
             paper), `flatten` decodes all rows at once.
         modes: Modes of the mixture that is forecast beside the one path (M); 0 for none.
+        backbone: The network for pictures of the variants that have one; None for the others.
 
     Raises:
         ValueError: A value is out of range.
@@ -111,6 +115,7 @@ class ModelConfig(NetworkConfig):
     tokens: Literal["frame", "track"] = "frame"
     path_rows: Literal["mean", "flatten"] = "mean"
     modes: int = 0
+    backbone: BackboneConfig | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -126,6 +131,7 @@ class ModelConfig(NetworkConfig):
         _require(0 <= self.modes <= 64, f"modes must be in 0..64, got {self.modes}")
         _require(0.0 <= self.dropout < 1.0, f"dropout must be in [0, 1), got {self.dropout}")
         self._check_divisions()
+        self._check_backbone()
 
     def _check_divisions(self) -> None:
         width, heads, code = self.width, self.heads, self.time_code
@@ -142,6 +148,24 @@ class ModelConfig(NetworkConfig):
             self.patch_px >= 1 and self.crop_px % self.patch_px == 0,
             f"patch_px must divide crop_px, got {self.patch_px} and {self.crop_px}",
         )
+
+    def _check_backbone(self) -> None:
+        published, backbone = BACKBONES.get(self.variant), self.backbone
+        expected, found = (None if b is None else b.kind for b in (published, backbone))
+        _require(
+            expected == found,
+            f"variant {self.variant!r} needs a backbone of the kind {expected}, got {found}",
+        )
+        if backbone is not None:
+            backbone.require_crop(self.crop_px)
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Self:
+        """Build from a plain dict, as `NetworkConfig.from_dict` says."""
+        backbone = values.get("backbone")
+        if backbone is not None:
+            values = {**values, "backbone": BackboneConfig.from_dict(backbone)}
+        return super().from_dict(values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -273,4 +297,6 @@ def named_configuration(
     training = replace(training, seed=seed)
     if epochs is not None:
         training = replace(training, epochs=epochs)
-    return replace(model, variant=variant), training
+    backbone = BACKBONES.get(variant)
+    crop_px = model.crop_px if backbone is None else PICTURE_PX
+    return replace(model, variant=variant, backbone=backbone, crop_px=crop_px), training

@@ -7,23 +7,17 @@ In the shapes: B agents, T history steps, F forecast steps, K neighbors, L laten
 C width, H heads, D = C / H.
 """
 
-import math
 from typing import NamedTuple, Self
 
 import torch
 import torch.nn.functional as F  # noqa: N812
 from torch import Tensor, nn
 
+from predictor.backbones import BackboneEncoder
 from predictor.config import ModelConfig
 from predictor.modes import ModeDecoder, Modes
+from predictor.position_codes import grid_code, sinusoidal_code
 from predictor.tensors import start_path
-
-
-def sinusoidal_code(count: int, size: int) -> Tensor:
-    """Sines and cosines of the positions 0..count-1 in geometric frequencies: (count, size)."""
-    frequency = torch.exp(-math.log(10000.0) * torch.arange(0, size, 2) / size)
-    angle = torch.arange(count)[:, None] * frequency
-    return torch.stack([angle.sin(), angle.cos()], dim=-1).flatten(1)
 
 
 class Attention(nn.Module):
@@ -179,11 +173,8 @@ class PatchEncoder(nn.Module):
         self.patch_px = config.patch_px
         self.linear = nn.Linear(3 * config.patch_px**2, config.width)
         side = config.crop_px // config.patch_px
-        code = sinusoidal_code(side, config.width // 2)
-        rows = code[:, None].expand(side, side, -1)
-        columns = code[None].expand(side, side, -1)
-        position_code = torch.cat([rows, columns], dim=-1).flatten(0, 1)  # (P, C)
-        self.register_buffer("position_code", position_code, persistent=False)
+        code = grid_code(side, config.width)  # (P, C)
+        self.register_buffer("position_code", code, persistent=False)
 
     def forward(self, crop: Tensor) -> Tensor:
         """Encode (B, S, S, 3) uint8 pictures as tokens (B, P, C)."""
@@ -194,6 +185,12 @@ class PatchEncoder(nn.Module):
         weight, bias = self.linear.weight, self.linear.bias
         tokens = F.linear(patches, weight / 255.0, bias - 0.5 * weight.sum(dim=1))
         return tokens + self.position_code
+
+
+def _map_encoder(config: ModelConfig) -> PatchEncoder | BackboneEncoder | None:
+    if config.backbone is not None:
+        return BackboneEncoder(config, config.backbone)
+    return PatchEncoder(config) if config.variant == "patch" else None
 
 
 def _decoder(inputs: int, outputs: int) -> nn.Sequential:
@@ -217,7 +214,7 @@ class IterativeAttention(nn.Module):
         if config.tokens == "track":
             self.own_encoder = TrackEncoder(config, config.latents * config.width)
             self.neighbor_encoder = TrackEncoder(config, config.width)
-        self.map_encoder = PatchEncoder(config) if config.variant == "patch" else None
+        self.map_encoder = _map_encoder(config)
         self.encoder_blocks = nn.ModuleList(EncoderBlock(config) for _ in range(config.blocks))
         flat = config.latents * config.width
         rows = config.width if config.path_rows == "mean" else flat

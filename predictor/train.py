@@ -13,6 +13,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from predictor.augment import augmented_batch
+from predictor.backbones import with_pretrained
 from predictor.checkpoint import save_checkpoint
 from predictor.config import Device, NetworkConfig, TrainConfig
 from predictor.datasets import describe, read_training
@@ -108,7 +109,7 @@ def train(
         FloatingPointError: The loss is no longer finite.
     """
     network, sha256 = (
-        (drawn_network(model, training.seed), None)
+        (with_pretrained(drawn_network(model, training.seed)), None)
         if init is None
         else continued_network(model, training.seed, init)
     )

@@ -16,6 +16,8 @@ def train_predictor(
     data: str = "runs/dataset",
     model: ModelName = "iterative_attention",
     variant: Variant = "none",
+    backbone: str | None = None,
+    train_backbone: bool = False,
     config_name: ConfigName = "residual",
     horizon: PositiveNumber | None = None,
     epochs: PositiveInt | None = None,
@@ -41,7 +43,11 @@ def train_predictor(
             the folder of that data; with `@drawn` behind real data, its masks drawn in the palette
             of simulated maps take the place of the photographs.
         model: The iterative-attention network or a baseline.
-        variant: What the network sees of the map: nothing, or patches of the picture.
+        variant: What the network sees of the map: nothing, patches of the picture, or features of a
+            pretrained network for pictures (`pip install 'crowdnav-testbed[backbones]'`).
+        backbone: Where such a network comes from, a name on the Hugging Face hub or a folder; not
+            given: microsoft/resnet-18 or google/vit-base-patch16-224.
+        train_backbone: Train it, too, instead of leaving it as it is.
         config_name: Model and training of the paper, or corrections of constant velocity, and
             `finetune` to train the weights of those on with small steps.
         horizon: How far one pass of the network forecasts [s], instead of the configuration's own
@@ -61,6 +67,7 @@ def train_predictor(
     require_folder(out)
     from dataclasses import replace
 
+    from predictor.backbones import with_backbone
     from predictor.distributed import joined_processes
     from predictor.forecaster import steps_of
     from predictor.networks import configuration
@@ -69,11 +76,15 @@ def train_predictor(
     network, training = configuration(
         model, config_name, variant=variant, modes=modes, seed=seed, epochs=epochs
     )
+    if backbone is not None or train_backbone:
+        network = with_backbone(network, backbone, trained=train_backbone)
     if horizon is not None:
         network = replace(network, forecast_steps=steps_of(horizon, network.frame_dt))
     training = replace(training, patience=patience, train_only=train_only)
     words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
+    words += [] if backbone is None else ["--backbone", backbone]
+    words += ["--train_backbone"] if train_backbone else []
     words += [] if horizon is None else ["--horizon", str(horizon)]
     words += [] if patience is None else ["--patience", str(patience)]
     words += [] if init is None else ["--init", str(init)]

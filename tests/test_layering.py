@@ -10,9 +10,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 LEARNING = {"torch", "gymnasium", "stable_baselines3"}
 HEAVY = LEARNING | {"numba", "pymunk", "cv2", "numpy", "pyarrow", "shapely", "matplotlib", "rich"}
+OF_EXTRAS = {"transformers", "onnx", "onnxruntime", "onnxscript", "tensorboard"}
 MUST_STAY_OUT = {
     "crowdsim": LEARNING | {"predictor", "envs", "scripts"},
-    "predictor": {"pymunk", "gymnasium", "stable_baselines3", "envs", "scripts"},
+    "predictor": {"pymunk", "gymnasium", "stable_baselines3", "envs", "scripts"} | OF_EXTRAS,
 }
 IMPORT_EVERYTHING = """
 import importlib, json, pkgutil, sys

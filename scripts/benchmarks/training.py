@@ -9,11 +9,12 @@ from typing import Any, Final
 import numpy as np
 
 from crowdsim.recordings import Picture, Recording
-from predictor.config import VARIANTS, Variant, named_configuration
+from predictor.config import Variant, named_configuration
 from predictor.model import IterativeAttention
 from predictor.train import fit
 from predictor.windows import Windows, extract_windows
 
+VARIANTS: Final[tuple[Variant, ...]] = ("none", "patch")
 BATCH: Final = 256
 BATCHES: Final = 8
 PEOPLE: Final = 32

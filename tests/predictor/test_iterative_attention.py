@@ -7,7 +7,8 @@ from hand_made_crowds import network, walkers
 from torch import nn
 
 from predictor.config import ModelConfig, TrainConfig, Variant, named_configuration
-from predictor.model import IterativeAttention, PatchEncoder, loss, sinusoidal_code
+from predictor.model import IterativeAttention, PatchEncoder, loss
+from predictor.position_codes import sinusoidal_code
 from predictor.tensors import tensors
 from predictor.windows import Windows, extract_windows
 
