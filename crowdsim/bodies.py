@@ -10,6 +10,9 @@ spatial hash is filled anew in every step.
 
 from __future__ import annotations
 
+import copy
+from functools import cached_property
+
 import numpy as np
 import pymunk
 import pymunk.batch
@@ -55,8 +58,8 @@ _FIELDS = pymunk.batch.BodyFields.POSITION | pymunk.batch.BodyFields.VELOCITY
 class Bodies:
     """A fixed pool of round bodies among walls; they never rotate, are never added or removed.
 
-    pymunk keeps body order only as long as nothing is removed, so absent people stay in the pool,
-    far away.
+    Attributes:
+        dynamic_from: rows before this one go where they are told and cannot be pushed.
     """
 
     def __init__(
@@ -68,7 +71,7 @@ class Bodies:
         world_map: Map,
         dt: float,
     ) -> None:
-        """Build the space.
+        """Take down who there is; the contact solver is built when it is first needed.
 
         Args:
             radius: `(M,)` [m].
@@ -77,32 +80,17 @@ class Bodies:
             world_map: whose walls stop them.
             dt: seconds per step.
         """
-        self._radius, self._mass, self._dynamic_from = radius, mass, dynamic_from
+        self._mass, self.dynamic_from = mass, dynamic_from
         self._solver_radius: FloatArray = radius + SKIN
-        self._map, self._wall_field, self._dt = world_map, distance_field(world_map), dt
+        self._wall_reach = WALL_RADIUS + SKIN
+        self._walls, self._wall_field = world_map.segments, distance_field(world_map)
         self._parts: FloatArray = dt * np.array([*SOLVED_PARTS, FREE_PART])
-        *self._solved_dt, self._free_dt = self._parts.tolist()
-        self._space = pymunk.Space()
-        self._space.use_spatial_hash(CELL, CELLS_PER_BODY * len(radius) + 1)
-        self._space.collision_slop = OVERLAP_TOLERANCE
-        self._space.collision_bias = OVERLAP_LEFT ** (1 / self._solved_dt[-1])
-        self._persistence = self._space.collision_persistence
-        for row in range(len(radius)):
-            self._add(row)
-        ground = self._space.static_body
-        self._space.add(
-            *(
-                pymunk.Segment(ground, a, b, WALL_RADIUS + SKIN)
-                for a, b in world_map.segments.tolist()
-            )
-        )
-        # The last row is pymunk's static body, to which the walls belong: it stays at zero.
-        self._written: FloatArray = np.zeros((len(radius) + 1, 4))
-        self._write_buffer, self._read_buffer = pymunk.batch.Buffer(), pymunk.batch.Buffer()
-        self._write_buffer.set_float_buf(self._written)
-        pymunk.batch.get_space_bodies(self._space, _FIELDS, self._read_buffer)
-        # The pool never grows, so pymunk's memory behind this view never moves.
-        self._read: FloatArray = np.frombuffer(self._read_buffer.float_buf()).reshape(-1, 4)
+
+    @property
+    def coasting(self) -> tuple[bool, FloatArray, FloatArray, float]:
+        """What `free_steps` takes: whether to look at all, radii, parts of a step, walls' reach."""
+        is_sparse = len(self._mass) <= SPARSE
+        return is_sparse, self._solver_radius, self._parts, self._wall_reach
 
     def coast(self, bodies: FloatArray, present: BoolArray) -> bool:
         """Move bodies on by one step if that needs no solver, for nobody touches anything.
@@ -114,13 +102,14 @@ class Bodies:
         Returns:
             Whether they moved.
         """
-        return len(bodies) <= SPARSE and coast(
+        is_sparse, solver_radius, parts, wall_reach = self.coasting
+        return is_sparse and coast(
             bodies,
             present,
-            self._solver_radius,
-            self._dynamic_from,
-            self._parts,
-            WALL_RADIUS + SKIN,
+            solver_radius,
+            self.dynamic_from,
+            parts,
+            wall_reach,
             self._wall_field.grid,
             self._wall_field.origin,
             self._wall_field.cell,
@@ -132,6 +121,62 @@ class Bodies:
         Returns:
             `(M, 4)` where they are then and how fast; a view that the next one overwrites.
         """
+        return self._solver.solve(bodies)
+
+    def another(self) -> Bodies:
+        """Give the same bodies and walls, with a contact solver of their own."""
+        twin = copy.copy(self)
+        vars(twin).pop("_solver", None)
+        return twin
+
+    @cached_property
+    def _solver(self) -> _ContactSolver:
+        return _ContactSolver(
+            self._solver_radius,
+            self._mass,
+            self.dynamic_from,
+            self._walls,
+            self._wall_reach,
+            self._parts,
+        )
+
+
+class _ContactSolver:
+    """Bodies and walls in pymunk.
+
+    pymunk keeps body order only as long as nothing is removed, so absent people stay in the pool,
+    far away.
+    """
+
+    def __init__(
+        self,
+        radius: FloatArray,
+        mass: FloatArray,
+        dynamic_from: int,
+        walls: FloatArray,
+        wall_reach: float,
+        parts: FloatArray,
+    ) -> None:
+        *self._solved_dt, self._free_dt = parts.tolist()
+        self._space = pymunk.Space()
+        self._space.use_spatial_hash(CELL, CELLS_PER_BODY * len(radius) + 1)
+        self._space.collision_slop = OVERLAP_TOLERANCE
+        self._space.collision_bias = OVERLAP_LEFT ** (1 / self._solved_dt[-1])
+        self._persistence = self._space.collision_persistence
+        for row in range(len(radius)):
+            self._add(row, float(radius[row]), None if row < dynamic_from else float(mass[row]))
+        ground = self._space.static_body
+        self._space.add(*(pymunk.Segment(ground, a, b, wall_reach) for a, b in walls.tolist()))
+        # The last row is pymunk's static body, to which the walls belong: it stays at zero.
+        self._written: FloatArray = np.zeros((len(radius) + 1, 4))
+        self._write_buffer, self._read_buffer = pymunk.batch.Buffer(), pymunk.batch.Buffer()
+        self._write_buffer.set_float_buf(self._written)
+        pymunk.batch.get_space_bodies(self._space, _FIELDS, self._read_buffer)
+        # The pool never grows, so pymunk's memory behind this view never moves.
+        self._read: FloatArray = np.frombuffer(self._read_buffer.float_buf()).reshape(-1, 4)
+
+    def solve(self, bodies: FloatArray) -> FloatArray:
+        """Do what `Bodies.solve` says."""
         self._written[:-1] = bodies
         pymunk.batch.set_space_bodies(self._space, _FIELDS, self._write_buffer)
         for part in self._solved_dt:
@@ -143,21 +188,12 @@ class Bodies:
         pymunk.batch.get_space_bodies(self._space, _FIELDS, self._read_buffer)
         return self._read[:-1]
 
-    def another(self) -> Bodies:
-        """Build a space of its own for the same bodies and walls."""
-        return Bodies(
-            radius=self._radius,
-            mass=self._mass,
-            dynamic_from=self._dynamic_from,
-            world_map=self._map,
-            dt=self._dt,
-        )
-
-    def _add(self, row: int) -> None:
-        if row < self._dynamic_from:
+    def _add(self, row: int, radius: float, mass: float | None) -> None:
+        """Add a body, which nothing can push if it has no mass."""
+        if mass is None:
             body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         else:
-            body = pymunk.Body(float(self._mass[row]), float("inf"))
+            body = pymunk.Body(mass, float("inf"))
         # Chipmunk never forgives two bodies at one place, not even before the first step.
         body.position = (1e6 + 10.0 * row, 1e6)
-        self._space.add(body, pymunk.Circle(body, float(self._solver_radius[row])))
+        self._space.add(body, pymunk.Circle(body, radius))

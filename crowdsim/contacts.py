@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from crowdsim.bodies import WALL_RADIUS
 from crowdsim.distance_field import distance_to_segments
 from crowdsim.line_of_sight import Screens, any_between, listed
 
@@ -44,7 +45,7 @@ def keep_outside_walls(before: FloatArray, after: FloatArray, first: int, screen
 def robot_clearances(
     bodies: FloatArray, radius: FloatArray, present: BoolArray, walls: FloatArray
 ) -> tuple[float, float]:
-    """Gap [m] between the robot (last row) and the nearest person, and the nearest wall line.
+    """Gap [m] between the robot (last row) and the nearest person, and the nearest wall's surface.
 
     Both are infinite where there is nothing, and negative where bodies overlap.
     """
@@ -55,4 +56,4 @@ def robot_clearances(
         if present[i]:
             distance = math.hypot(bodies[i, 0] - x, bodies[i, 1] - y)
             nearest = min(nearest, distance - radius[i] - radius[robot])
-    return nearest, distance_to_segments(x, y, walls) - radius[robot]
+    return nearest, distance_to_segments(x, y, walls) - radius[robot] - WALL_RADIUS

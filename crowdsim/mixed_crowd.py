@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
@@ -36,6 +36,7 @@ class MixedCrowd:
     Everybody sees everybody, whatever their models.
 
     Attributes:
+        desired_speed: `(N,)` [m/s].
         max_speed: `(N,)` [m/s].
         notices_robot: `(N,)` who is aware of the robot.
         screens: the walls that may stand between people.
@@ -85,11 +86,33 @@ class MixedCrowd:
         self._headed_parameters = headed_social_force.record()
         self._orca_parameters = orca.record()
         self._dt = dt
+        self.desired_speed = pedestrians.desired_speed
         self.max_speed: FloatArray = np.maximum(
             social_force.max_speed_ratio * pedestrians.desired_speed, LEAST_MAX_SPEED
         )
         self.notices_robot = notices_robot
         self.turning: FloatArray = np.full((len(pedestrians), 2), np.nan)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether everybody moves by the social force, alone."""
+        others = len(self._headed) + len(self._unyielding)
+        return not (others or self._any_orca or self._has_groups)
+
+    @property
+    def social_force_arguments(self) -> tuple[Any, ...]:
+        """What `forces.accelerations` and `accelerate` have to know, as `free_steps` takes it."""
+        return (
+            self.desired_speed,
+            self._people.relaxation_time,
+            self.max_speed,
+            self.notices_robot,
+            self._wall_field.grid,
+            self._wall_field.origin,
+            self._wall_field.cell,
+            self.screens,
+            self._social_force_parameters,
+        )
 
     def accelerations(
         self,
@@ -109,21 +132,18 @@ class MixedCrowd:
             noise: `(N, 2)` standard normal draws for this step.
         """
         people = self._people
+        desired_speed, relaxation_time, _, notices_robot, *ground = self.social_force_arguments
         acceleration = accelerations(
             bodies,
             present,
             radius,
             direction,
-            people.desired_speed,
-            people.relaxation_time,
-            self.notices_robot,
+            desired_speed,
+            relaxation_time,
+            notices_robot,
             noise,
             self._dt,
-            self._wall_field.grid,
-            self._wall_field.origin,
-            self._wall_field.cell,
-            self.screens,
-            self._social_force_parameters,
+            *ground,
         )
         if self._has_groups:
             add_group_forces(bodies, present, direction, people.group, acceleration)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import shapely
@@ -51,6 +51,7 @@ class Routes:
         legs: `(N,)` index in `points` of the one being walked to.
         onward: `(N,)` +1 on the way out, -1 on the way back.
         enters_at: `(N,)` step from which on each enters when there is room, if absent.
+        next_id: of whoever enters next.
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
@@ -59,7 +60,7 @@ class Routes:
         "onward",
         "enters_at",
         "_fields",
-        "_next_id",
+        "next_id",
     )
 
     def __init__(
@@ -89,7 +90,7 @@ class Routes:
         each = [on_arrival] * len(pedestrians) if isinstance(on_arrival, str) else on_arrival
         self._on_arrival: IntArray = np.array([_ON_ARRIVAL[word] for word in each], dtype=np.int64)
         self._start_velocity = pedestrians.velocity
-        self._next_id = len(pedestrians)
+        self.next_id = len(pedestrians)
         self.enters_at: IntArray = (
             np.zeros(len(pedestrians), dtype=np.int64) if enters_at is None else enters_at
         )
@@ -123,6 +124,21 @@ class Routes:
     def _ends(self) -> IntArray:
         return np.where(self.onward > 0, self.points.shape[1] - 1, 0)
 
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """All that `steer` and `advance` read and change, as `free_steps` takes it."""
+        return (
+            self.points,
+            self.legs,
+            self.onward,
+            self.enters_at,
+            self._start_velocity,
+            self._on_arrival,
+            self._fields,
+            self._anchors,
+            self._origin,
+        )
+
     def redirect(self, person: int, other: int) -> None:
         """Send a person straight to the goal that another one had at the start."""
         end = self._ends[person]
@@ -145,7 +161,7 @@ class Routes:
             desired_speed: `(N,)` [m/s].
             direction: `(M, 2)`, changed in place.
         """
-        _steer(
+        steer(
             bodies,
             desired_speed,
             self.points,
@@ -169,13 +185,13 @@ class Routes:
             present: `(M,)`, changed in place likewise.
             ids: `(N,)`; in place, everybody who enters gets an id never used before.
         """
-        self._next_id = _advance(
+        self.next_id = advance(
             step,
             bodies,
             radius,
             present,
             ids,
-            self._next_id,
+            self.next_id,
             self.points,
             self.legs,
             self.onward,
@@ -228,7 +244,7 @@ def park(bodies: FloatArray, index: int) -> None:
 
 
 @njit(cache=True)
-def _steer(
+def steer(
     bodies: FloatArray,
     desired_speed: FloatArray,
     points: FloatArray,
@@ -239,6 +255,7 @@ def _steer(
     on_arrival: IntArray,
     direction: FloatArray,
 ) -> None:
+    """Do what `Routes.steer` says."""
     for i in range(len(legs)):
         x, y = bodies[i, 0], bodies[i, 1]
         goal = points[i, legs[i]]
@@ -255,7 +272,7 @@ def _steer(
 
 
 @njit(cache=True)
-def _advance(
+def advance(
     step: int,
     bodies: FloatArray,
     radius: FloatArray,

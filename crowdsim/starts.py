@@ -1,4 +1,4 @@
-"""The bodies of a world that begins: people first, the robot last."""
+"""What a world begins with: bodies, people first and the robot last, and the people's ways."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from crowdsim.pedestrians import Pedestrians
 from crowdsim.robot_body import RobotBody
-from crowdsim.routes import park
+from crowdsim.routes import Routes, park
 
 if TYPE_CHECKING:
     from crowdsim.scenario import Scenario
@@ -66,6 +66,22 @@ def draw_awareness(
         return pedestrians.notices_robot.copy()
     notices: BoolArray = rng.random(len(pedestrians)) < robot.awareness
     return notices & pedestrians.notices_robot
+
+
+def planned_routes(scenario: Scenario, dt: float) -> Routes:
+    """Plan the ways of a scenario's people, for steps of `dt` [s]."""
+    behaviour = scenario.behaviour
+    enters_at = None
+    if scenario.entry_times is not None:
+        enters_at = np.ceil(scenario.entry_times / dt).astype(np.int64)
+    return Routes(
+        scenario.pedestrians,
+        scenario.map,
+        scenario.on_arrival,
+        scenario.entrances,
+        enters_at=enters_at,
+        goals_change=behaviour is not None and behaviour.goal_change_rate > 0,
+    )
 
 
 def _refuse_overlaps(

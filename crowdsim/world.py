@@ -1,4 +1,7 @@
-"""The running physics of one scenario: `World.step` is the simulator's main loop."""
+"""The running physics of one scenario: `World.step` is the simulator's main loop.
+
+What a step consists of is in `crowdsim.dynamics`.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.behaviour import Distractions
-from crowdsim.bodies import SKIN, WALL_RADIUS, Bodies
-from crowdsim.contacts import keep_outside_walls, robot_clearances
+from crowdsim.bodies import SKIN, Bodies
+from crowdsim.dynamics import Dynamics
 from crowdsim.forces import SocialForce
 from crowdsim.headed import HeadedSocialForce
-from crowdsim.mixed_crowd import MixedCrowd, accelerate
+from crowdsim.mixed_crowd import MixedCrowd
 from crowdsim.orca import Orca
+from crowdsim.passage import Passage
 from crowdsim.playback import Playback
-from crowdsim.robot_body import RobotBody, follow, wanted_velocity
+from crowdsim.robot_body import RobotBody, wanted_velocity
 from crowdsim.routes import Routes
 from crowdsim.snapshot import Snapshot, Stateful, fingerprint
-from crowdsim.starts import draw_awareness, starting_bodies
+from crowdsim.starts import draw_awareness, planned_routes, starting_bodies
 
 if TYPE_CHECKING:
     from crowdsim.scenario import Scenario
@@ -107,8 +111,18 @@ class World:
         awareness_rng, behaviour_rng = rng.spawn(2)
         self._robot = robot
         self._models = (social_force, headed_social_force, orca)
-        self._walls = scenario.map.segments
-        self._set_up_bodies()
+        bodies, radius, mass, present = starting_bodies(scenario, robot)
+        self._bodies, self._radius, self._present = bodies, radius, present
+        self._count = len(pedestrians)
+        self._ids: IntArray = np.arange(self._count)
+        self._direction: FloatArray = np.zeros((len(bodies), 2))
+        self._solid = Bodies(
+            radius=radius,
+            mass=mass,
+            dynamic_from=0 if scenario.replay is None else self._count,
+            world_map=scenario.map,
+            dt=self.physics_dt,
+        )
         self._crowd = MixedCrowd(
             pedestrians,
             notices_robot=draw_awareness(awareness_rng, pedestrians, robot),
@@ -118,7 +132,6 @@ class World:
             orca=orca,
             dt=self.physics_dt,
         )
-        self._look_at_rows()
         self._distractions = None
         if scenario.behaviour is not None:
             self._distractions = Distractions(
@@ -126,12 +139,12 @@ class World:
             )
         self._guide: Routes | Playback
         if scenario.replay is None:
-            self._guide = self._plan_routes()
+            self._guide = planned_routes(scenario, self.physics_dt)
         else:
             self._ids[:] = scenario.replay.ids
             self._guide = Playback(scenario.replay, scenario.replay_start, physics_dt)
             self._guide.place(0, self._bodies, self._present)
-        self._measure_robot()
+        self._look_at_state()
 
     def step(self, robot_velocity: Sequence[float] | FloatArray | None = None) -> None:
         """Move everybody on by `physics_dt`.
@@ -143,23 +156,25 @@ class World:
         Raises:
             ValueError: if the velocity is not two finite numbers, or there is no robot to move.
         """
-        guide = self._guide
-        self._command_robot(robot_velocity)
-        if isinstance(guide, Routes):
-            guide.steer(self._bodies, self.scenario.pedestrians.desired_speed, self._direction)
-            if self._distractions is not None:
-                self._distractions.distract(guide, self._bodies, self._present, self._direction)
-            noise = self._rng.standard_normal((self._count, 2))
-            acceleration = self._crowd.accelerations(*self._felt, noise)
-            accelerate(self._bodies, acceleration, self._crowd.max_speed, self.physics_dt)
-        if not self._solid.coast(self._bodies, self._present):
-            self._take(self._solid.solve(self._bodies))
-        self.step_count += 1
-        if isinstance(guide, Routes):
-            guide.advance(self.step_count, self._bodies, self._radius, self._present, self._ids)
-        else:
-            guide.place(self.step_count, self._bodies, self._present)
-        self._measure_robot()
+        if self._robot is None and robot_velocity is not None:
+            raise ValueError("robot_velocity: expected None, for this world has no robot")
+        self._run(np.array([wanted_velocity(robot_velocity)]))
+
+    def run(self, robot_velocities: FloatArray) -> Passage:
+        """Make as many steps as there are velocities; the same as `step` with one after another.
+
+        Args:
+            robot_velocities: `(S, 2)` that the robot wants, world frame [m/s].
+
+        Raises:
+            ValueError: if they are not pairs of finite numbers, or there is no robot to move.
+        """
+        self._robot_row()
+        if robot_velocities.shape[1:] != (2,) or not np.isfinite(robot_velocities).all():
+            raise ValueError(
+                f"robot_velocities: expected (S, 2) finite numbers, found {robot_velocities}"
+            )
+        return self._run(robot_velocities)
 
     def snapshot(self) -> Snapshot:
         """Take down the state, random generator included; the world's future does not change."""
@@ -180,8 +195,7 @@ class World:
                 changed.
         """
         snapshot.put(self._parts(), origin=self._origin)
-        self._look_at_rows()
-        self._measure_robot()
+        self._look_at_state()
 
     def fork(self) -> World:
         """Build a second world in the same state; neither knows of the other."""
@@ -270,49 +284,6 @@ class World:
         )
         return total[-1], total[:-1]
 
-    def _set_up_bodies(self) -> None:
-        bodies, radius, mass, present = starting_bodies(self.scenario, self._robot)
-        self._bodies: FloatArray = bodies  # (M, 4) x, y, vx, vy; the robot last
-        self._radius, self._present = radius, present
-        self._count = len(self.scenario.pedestrians)
-        self._ids: IntArray = np.arange(self._count)
-        self._direction: FloatArray = np.zeros((len(bodies), 2))
-        self._dynamic_from = 0 if self.scenario.replay is None else self._count
-        self._solid = Bodies(
-            radius=radius,
-            mass=mass,
-            dynamic_from=self._dynamic_from,
-            world_map=self.scenario.map,
-            dt=self.physics_dt,
-        )
-
-    def _plan_routes(self) -> Routes:
-        scenario, behaviour = self.scenario, self.scenario.behaviour
-        enters_at = None
-        if scenario.entry_times is not None:
-            enters_at = np.ceil(scenario.entry_times / self.physics_dt).astype(np.int64)
-        return Routes(
-            scenario.pedestrians,
-            scenario.map,
-            scenario.on_arrival,
-            scenario.entrances,
-            enters_at=enters_at,
-            goals_change=behaviour is not None and behaviour.goal_change_rate > 0,
-        )
-
-    def _look_at_rows(self) -> None:
-        people = self._bodies[: self._count]
-        self._people: tuple[FloatArray, FloatArray] = people[:, :2], people[:, 2:]
-        # Forces look at these rows only.
-        robot_is_felt = self._robot is not None and self._crowd.notices_robot.any()
-        felt = slice(self._count + robot_is_felt)
-        self._felt: tuple[FloatArray, BoolArray, FloatArray, FloatArray] = (
-            self._bodies[felt],
-            self._present[felt],
-            self._radius[felt],
-            self._direction[felt],
-        )
-
     def _parts(self) -> dict[str, Stateful]:
         parts = {"world": self, **{name: getattr(self, name) for name in self._PARTS}}
         return {name: part for name, part in parts.items() if part is not None}
@@ -332,27 +303,34 @@ class World:
         row: FloatArray = self._bodies[-1]
         return row
 
-    def _command_robot(self, velocity: Sequence[float] | FloatArray | None) -> None:
-        if self._robot is not None:
-            vx, vy = wanted_velocity(velocity)
-            follow(self._bodies[-1], vx, vy, self._robot.max_acceleration * self.physics_dt)
-        elif velocity is not None:
-            raise ValueError("robot_velocity: expected None, for this world has no robot")
+    def _run(self, commands: FloatArray) -> Passage:
+        passage, held = self._dynamics.run(commands, self._rng, self.step_count)
+        self.step_count += len(commands)
+        self.held_count += held
+        self._take(*passage.clearances[-1].tolist())
+        return passage
 
-    def _take(self, moved: FloatArray) -> None:
-        self.held_count += keep_outside_walls(
-            self._bodies,
-            moved,
-            self._dynamic_from,
-            self._crowd.screens,
+    def _look_at_state(self) -> None:
+        """Look at the arrays of the state, which `restore` has replaced."""
+        people = self._bodies[: self._count]
+        self._people: tuple[FloatArray, FloatArray] = people[:, :2], people[:, 2:]
+        self._dynamics = Dynamics(
+            bodies=self._bodies,
+            present=self._present,
+            direction=self._direction,
+            ids=self._ids,
+            radius=self._radius,
+            walls=self.scenario.map.segments,
+            robot=self._robot,
+            guide=self._guide,
+            crowd=self._crowd,
+            distractions=self._distractions,
+            solid=self._solid,
+            dt=self.physics_dt,
         )
+        self._take(*self._dynamics.clearances())
 
-    def _measure_robot(self) -> None:
-        self.robot_clearance = self.robot_wall_clearance = math.inf
-        if self._robot is not None:
-            self.robot_clearance, wall_distance = robot_clearances(
-                self._bodies, self._radius, self._present, self._walls
-            )
-            self.robot_wall_clearance = wall_distance - WALL_RADIUS
-        self.robot_contact = self.robot_clearance <= CONTACT_GAP
-        self.robot_wall_contact = self.robot_wall_clearance <= CONTACT_GAP
+    def _take(self, clearance: float, wall_clearance: float) -> None:
+        self.robot_clearance, self.robot_wall_clearance = clearance, wall_clearance
+        self.robot_contact = clearance <= CONTACT_GAP
+        self.robot_wall_contact = wall_clearance <= CONTACT_GAP

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.passage import Passage
 from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
-from crowdsim.world import World
+from crowdsim.world import CONTACT_GAP, World
 from envs.config import CrowdNavConfig
 from envs.robots import Robot, RobotState
 from envs.trace import CollisionRole
 
 Floats = NDArray[np.float64]
-
-FASTEST_APPROACH = 5.0
-"""People and robot do not come near each other faster than this [m/s]."""
 
 
 @dataclass(eq=False)
@@ -98,8 +96,8 @@ class Worlds:
             awareness=config.robot_awareness if config.robot_visible else 0.0,
             max_acceleration=config.max_acceleration,
         )
-        self._in_reach = FASTEST_APPROACH * config.physics_dt
         self._worlds: dict[int, World] = {}
+        self._gaps = np.full((count, config.physics_steps + 1, 2), np.inf)
         self.crowd = Crowd.empty(count, 1)
         self.robots = RobotState.zeros(count)
         self.clearance_pedestrian = np.full(count, np.inf)
@@ -126,61 +124,63 @@ class Worlds:
         self._worlds[world] = running
         self.crowd.restart(world, running)
         self.robots.restart(world, scenario.robot_start)
-        self._begin_period(world, running)
+        self.clearance_pedestrian[world] = running.robot_clearance
+        self.clearance_wall[world] = running.robot_wall_clearance
+        self.touched_pedestrian[world] = self.touched_wall[world] = False
+        self.collision_role[world] = None
+        self.social_work[world] = 0.0
 
     def step(self, robot: Robot) -> None:
         """Runs one policy period with the commands that `robots` holds."""
         config = self._config
-        # Plain numbers: the loop below runs for every world and physics step.
-        velocities = robot.drive(self.robots, config.physics_dt, config.physics_steps).tolist()
+        velocities = robot.drive(self.robots, config.physics_dt, config.physics_steps)
+        run = self._run_recorded if self._record else self._run
+        passages = {}
         for world, running in self._worlds.items():
-            self._begin_period(world, running)
-            for velocity in velocities[world]:
-                self._physics_step(world, running, velocity)
+            passages[world] = run(world, running, velocities[world])
+            self._gaps[world] = passages[world].clearances
             self._read(world, running)
+        self._judge(passages)
 
-    def _begin_period(self, world: int, running: World) -> None:
-        self.clearance_pedestrian[world] = running.robot_clearance
-        self.clearance_wall[world] = running.robot_wall_clearance
-        self.touched_pedestrian[world] = False
-        self.touched_wall[world] = False
-        self.collision_role[world] = None
+    def _run(self, _: int, running: World, velocities: Floats) -> Passage:
+        return running.run(velocities)
+
+    def _run_recorded(self, world: int, running: World, velocities: Floats) -> Passage:
+        """Adds up the social forces after every step on the way."""
         self.social_work[world] = 0.0
-
-    def _physics_step(self, world: int, running: World, robot_velocity: list[float]) -> None:
-        if running.robot_clearance < self._in_reach:
-            self._read(world, running)  # a contact may follow: keep the state before it
-        running.step(robot_velocity)
-        if running.robot_clearance < self.clearance_pedestrian[world]:
-            self.clearance_pedestrian[world] = running.robot_clearance
-        if running.robot_wall_clearance < self.clearance_wall[world]:
-            self.clearance_wall[world] = running.robot_wall_clearance
-        if running.robot_wall_contact:
-            self.touched_wall[world] = True
-        if running.robot_contact and not self.touched_pedestrian[world]:
-            self.touched_pedestrian[world] = True
-            self.collision_role[world] = self._role(world)
-        if self._record:
+        passages = []
+        for velocity in velocities:
+            passages.append(running.run(velocity[None]))
             self.social_work[world] += _social_force(running) * self._config.physics_dt
+        return Passage.joined(passages)
 
     def _read(self, world: int, running: World) -> None:
         self.crowd.read(world, running)
         self.robots.position[world] = running.robot_position
         self.robots.velocity[world] = running.robot_velocity
 
-    def _role(self, world: int) -> CollisionRole:
+    def _judge(self, passages: dict[int, Passage]) -> None:
+        """Tells from the gaps after each step how near the robots came and whom they touched."""
+        self.clearance_pedestrian, self.clearance_wall = self._gaps.min(axis=1).T
+        touched = (self._gaps[:, 1:] <= CONTACT_GAP).any(axis=1)  # (W, 2)
+        self.touched_pedestrian, self.touched_wall = touched.T
+        self.collision_role = [None] * len(touched)
+        for world in np.flatnonzero(self.touched_pedestrian).tolist():
+            self.collision_role[world] = self._role(world, passages[world])
+
+    def _role(self, world: int, passage: Passage) -> CollisionRole:
         """Who moved faster toward the other just before they touched.
 
-        The running world has already been through the contact, which has changed velocities; what
-        was read last is the state before it.
+        Not after it: the contact has changed velocities.
         """
-        crowd, robots = self.crowd, self.robots
-        toward = crowd.position[world] - robots.position[world]
-        distance = np.sqrt((toward**2).sum(axis=-1))
-        gap = np.where(crowd.valid[world], distance - crowd.radius[world], np.inf)
+        before = passage.states[(passage.clearances[1:, 0] <= CONTACT_GAP).argmax()]
+        people, robot = before[:-1], before[-1]
+        toward = people[:, :2] - robot[:2]
+        # Who is absent stands far away.
+        gap = np.sqrt((toward**2).sum(axis=-1)) - self.crowd.radius[world, : len(people)]
         person = gap.argmin()
-        by_robot = np.dot(robots.velocity[world], toward[person])
-        by_person = -np.dot(crowd.velocity[world, person], toward[person])
+        by_robot = np.dot(robot[2:], toward[person])
+        by_person = -np.dot(people[person, 2:], toward[person])
         return "robot_on_person" if by_robot >= by_person else "person_on_robot"
 
 

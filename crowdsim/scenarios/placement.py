@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from crowdsim.distance_field import distance_field
@@ -95,9 +96,14 @@ def parties(group: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
         first += size
 
 
+@njit(cache=True)
 def _free(points: FloatArray, others: FloatArray, distance: float) -> bool:
-    apart = points[:, None] - others
-    return bool(((apart**2).sum(axis=-1) >= distance**2).all())
+    for k in range(len(points)):
+        for other in range(len(others)):
+            dx, dy = points[k, 0] - others[other, 0], points[k, 1] - others[other, 1]
+            if dx * dx + dy * dy < distance * distance:
+                return False
+    return True
 
 
 def _off_walls(points: FloatArray, ground: Map) -> bool:

@@ -53,9 +53,10 @@ def is_scenario_file(name: str) -> bool:
     return name.endswith(ENDINGS)
 
 
-def parameter_names(generator: Generator) -> list[str]:
+@lru_cache(maxsize=64)
+def parameter_names(generator: Generator) -> tuple[str, ...]:
     """The parameters that a generator of scenarios takes."""
-    return [name for name in inspect.signature(generator).parameters if name != "rng"]
+    return tuple(name for name in inspect.signature(generator).parameters if name != "rng")
 
 
 def read_scenario_file(path: Path | str, named: Mapping[str, Generator]) -> Generator:

@@ -1,0 +1,46 @@
+"""What happens in some steps of a world, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """S steps in a row.
+
+    Attributes:
+        states: `(S + 1, M, 4)` x, y, vx, vy of the N pedestrians, then perhaps the robot, before
+            the first step and after each.
+        clearances: `(S + 1, 2)` gaps between the robot and the nearest pedestrian, and wall [m];
+            infinite without.
+    """
+
+    states: FloatArray
+    clearances: FloatArray
+
+    @classmethod
+    def begin(cls, steps: int, bodies: FloatArray, clearances: tuple[float, float]) -> Passage:
+        """Take down how it begins; `note` is for what follows."""
+        passage = cls(np.empty((steps + 1, *bodies.shape)), np.full((steps + 1, 2), np.inf))
+        passage.note(0, bodies, clearances)
+        return passage
+
+    @classmethod
+    def joined(cls, passages: Sequence[Passage]) -> Passage:
+        """Those that follow each other as one."""
+        return cls(
+            np.concatenate([passages[0].states, *(later.states[1:] for later in passages[1:])]),
+            np.concatenate([passages[0].clearances, *(p.clearances[1:] for p in passages[1:])]),
+        )
+
+    def note(self, steps: int, bodies: FloatArray, clearances: tuple[float, float]) -> None:
+        """Take down how it is after so many steps."""
+        self.states[steps] = bodies
+        self.clearances[steps] = clearances
