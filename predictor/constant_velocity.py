@@ -30,8 +30,7 @@ def constant_velocity(
         (..., F, N, 2) positions in the frame of `history` [m]. Who has been seen only once stands.
     """
     step, _ = last_step(history, valid)
-    ahead = np.arange(1, forecast_steps + 1)[:, None, None]
-    return np.asarray(history[..., -1, None, :, :] + ahead * step[..., None, :, :])
+    return _straight_on(history[..., -1, :, :], step, forecast_steps)
 
 
 def calibrated_radius(times: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -74,5 +73,14 @@ class ConstantVelocityForecaster:
         check_tracks(history, valid, select)
         asked = valid[..., -1, :] if select is None else select & valid[..., -1, :]
         seen = np.where(valid[..., None], history, 0.0)
-        path = constant_velocity(seen, valid, self.forecast_steps)
-        return np.where(asked[..., None, :, None], path, seen[..., -1, None, :, :])
+        step, _ = last_step(seen, valid)
+        step = np.where(asked[..., None], step, 0.0)
+        return _straight_on(seen[..., -1, :, :], step, self.forecast_steps)
+
+
+def _straight_on(
+    now: NDArray[np.float64], step: NDArray[np.float64], forecast_steps: int
+) -> NDArray[np.float64]:
+    """Paths (..., F, N, 2) from `now` (..., N, 2) with the displacement `step` per frame."""
+    ahead = np.arange(1, forecast_steps + 1)[:, None, None]
+    return np.asarray(now[..., None, :, :] + ahead * step[..., None, :, :])
