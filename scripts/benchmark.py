@@ -21,6 +21,7 @@ SECTIONS: Final = (
     "pictures",
     "memory",
     "environment",
+    "collection",
     "forecast",
     "training",
 )
@@ -42,7 +43,8 @@ def benchmark(
 
     Args:
         only: Sections to measure, separated by commas: crowd, crowd_peers (the crowd beside other
-            simulators, minutes), start, pictures, memory, environment, forecast, training.
+            simulators, minutes), start, pictures, memory, environment, collection (by PPO),
+            forecast, training.
         threads: Threads of torch, BLAS and OpenCV.
         json: File for the figures.
         seed: Seed of crowds, actions and weights.
