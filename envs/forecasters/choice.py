@@ -21,6 +21,15 @@ def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
         ValueError: An unknown name, a bad value, or a forecaster with other frames than `config`.
         FileNotFoundError: A checkpoint that is not there.
     """
+    forecaster = _named(config)
+    if config.modes_observed > 0 and not isinstance(forecaster, TrackForecaster):
+        raise ValueError(
+            f"modes_observed needs a forecaster with modes, got forecaster {config.forecaster!r}"
+        )
+    return forecaster
+
+
+def _named(config: CrowdNavConfig) -> WorldForecaster | None:
     spec = config.forecaster
     if spec == "oracle":
         return Oracle(config)
@@ -44,7 +53,9 @@ def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
             )
         )
     forecaster = make_forecaster(spec, horizon=config.horizon)
-    return None if forecaster is None else TrackForecaster(_checked(forecaster, config))
+    if forecaster is None:
+        return None
+    return TrackForecaster(_checked(forecaster, config), modes=config.modes_observed)
 
 
 def make_track_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
