@@ -35,7 +35,8 @@ def test_help_answers_within_a_second(command: str | None) -> None:
 
 REQUIRED = {"convert": ("crowd.txt", "out")}
 """Arguments that a command cannot do without."""
-SEEDED = [command for command in COMMANDS if command != "convert"]
+UNSEEDED = ("convert", "calibrate-predictor", "explain-predictor", "export-predictor")
+SEEDED = [command for command in COMMANDS if command not in UNSEEDED]
 """Commands that draw anything."""
 
 
@@ -101,6 +102,12 @@ BAD_INPUTS = [  # {} stands for a folder with the files of `bad_folder`; then a 
     ("evaluate-predictor --forecaster constant_velocity --data {}/empty", "empty"),
     ("evaluate-predictor --forecaster crystal_ball --data {}/empty", "crystal_ball"),
     ("evaluate-predictor --forecaster {}/file --data {}/empty", "file"),
+    ("evaluate-predictor --forecaster iterative_attention@no_mpa --data {}/empty", "@no_mpa"),
+    ("evaluate-predictor --horizon 1 --data {}/empty", "multiple of 0.4"),
+    ("train-predictor --horizon 0.5", "multiple of 0.4"),
+    ("explain-predictor --out {}/new.jpg", "new.jpg"),
+    ("explain-predictor --forecaster constant_velocity --out {}/new.png", "attends"),
+    ("calibrate-predictor --forecaster {}/empty", "best.json"),
     ("evaluate --seeds 0", "'0'"),
     ("evaluate --seeds 1 --out {}/new --scenarios moon", "moon"),
     ("evaluate --seeds 1 --out {}/new --forecasters crystal_ball", "crystal_ball"),
