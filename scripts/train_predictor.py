@@ -1,5 +1,6 @@
 """`crowdnav train-predictor`: train the predictor or one of its baselines."""
 
+import json
 import shlex
 from pathlib import Path
 from typing import Literal
@@ -22,6 +23,7 @@ def train_predictor(
     horizon: PositiveNumber | None = None,
     epochs: PositiveInt | None = None,
     patience: PositiveInt | None = None,
+    changes: dict[str, bool | int | float | str] | None = None,
     init: Path | None = None,
     modes: NonNegativeInt = 0,
     train_only: Literal["all", "modes"] = "all",
@@ -54,6 +56,8 @@ def train_predictor(
             4.8; a multiple of 0.4.
         epochs: Passes over the data, instead of the configuration's own number.
         patience: Stop after so many epochs that were no better on validation.
+        changes: Other values for fields of the configuration, which the checkpoint's JSON lists
+            under `config` and `training`: '{"stride": 2, "mirror": false}'.
         init: Checkpoint of the same network to begin with; it is kept if no epoch is better.
         modes: How many futures are forecast for each person, besides the one, as a mixture.
         train_only: Train all of the network, or leave it as `init` has it apart from its modes.
@@ -68,6 +72,7 @@ def train_predictor(
     from dataclasses import replace
 
     from predictor.backbones import with_backbone
+    from predictor.changes import with_changes
     from predictor.distributed import joined_processes
     from predictor.forecaster import steps_of
     from predictor.networks import configuration
@@ -81,12 +86,15 @@ def train_predictor(
     if horizon is not None:
         network = replace(network, forecast_steps=steps_of(horizon, network.frame_dt))
     training = replace(training, patience=patience, train_only=train_only)
+    changes = {} if changes is None else changes
+    network, training = with_changes(network, training, changes)
     words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
     words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
     words += [] if backbone is None else ["--backbone", backbone]
     words += ["--train_backbone"] if train_backbone else []
     words += [] if horizon is None else ["--horizon", str(horizon)]
     words += [] if patience is None else ["--patience", str(patience)]
+    words += ["--changes", json.dumps(changes)] if changes else []
     words += [] if init is None else ["--init", str(init)]
     words += [] if modes == 0 else ["--modes", str(modes), "--train_only", train_only]
     with resumable(), joined_processes() as processes:
