@@ -9,7 +9,7 @@ import pytest
 from command_line import Crowdnav
 
 from crowdsim.motion import MODEL_NAMES
-from scripts.benchmarks import crowd, crowd_peers, start, timing
+from scripts.benchmarks import collection, crowd, crowd_peers, environment, start, timing
 from scripts.benchmarks.child import answer_of
 from scripts.benchmarks.peers import INSTALL, PEERS, Peer, installed_version
 
@@ -154,3 +154,27 @@ def test_memory_is_that_of_a_process_of_its_own() -> None:
 def test_a_child_that_fails_says_why() -> None:
     with pytest.raises(RuntimeError, match="IndexError"):
         answer_of("scripts.benchmarks.memory")
+
+
+@pytest.mark.usefixtures("quick")
+def test_environment_has_a_row_for_every_forecaster_and_width(
+    crowdnav: Crowdnav, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(environment, "ENVIRONMENTS", (1, 2))
+    rows = measured(crowdnav, "environment", tmp_path)["environment"]
+    known = environment.forecasters(tmp_path, 0)
+    assert [(row["forecaster"], row["environments"]) for row in rows] == [
+        (name, width) for name in known for width in (1, 2)
+    ]
+    assert all(row["steps_per_s"] > 0 for row in rows)
+
+
+@pytest.mark.usefixtures("quick")
+def test_collection_compares_every_way_with_the_vector(
+    crowdnav: Crowdnav, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(collection, "ENVIRONMENTS", 2)
+    rows = measured(crowdnav, "collection", tmp_path)["collection"]
+    assert [row["way"] for row in rows] == ["vector", "adapter", "PPO", "PPO alone"]
+    assert rows[0]["ratio"] == 1.0
+    assert all(row["ratio"] > 0 for row in rows)
