@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from crowdsim.recordings import Recording
 from predictor.datasets import fold_names, read_tests
 from predictor.evaluate import checked_min_ped, errors_of_folds, tables
 from predictor.forecaster import Forecaster, make_forecaster
@@ -33,10 +34,14 @@ class Comparison:
             that differs has its standard deviation beside it (`ade_sd`), and `by_seed` has the
             tables of the seeds.
         errors: By column and fold, the trajectories of the first seed.
+        forecasters: By column and fold, who made them.
+        tests: By fold, the recordings.
     """
 
     table: dict[str, Any]
     errors: dict[str, dict[str, TrajectoryErrors]]
+    forecasters: dict[str, dict[str, Forecaster]]
+    tests: dict[str, list[Recording]]
 
 
 def compare(
@@ -80,7 +85,12 @@ def compare(
             by_table[seed] = tables(found, by_fold[folds[0]], data=data, min_ped=limit)
             errors.setdefault(spec, found)
         columns[spec] = _column(by_table)
-    return Comparison(table={**columns[specs[0]], "columns": columns}, errors=errors)
+    return Comparison(
+        table={**columns[specs[0]], "columns": columns},
+        errors=errors,
+        forecasters={spec: by_seed[seeds[0]] for spec, by_seed in forecasters.items()},
+        tests=tests,
+    )
 
 
 def _forecasters(

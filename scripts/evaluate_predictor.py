@@ -7,7 +7,7 @@ from typing import Literal
 from jsonargparse.typing import NonNegativeInt
 
 from scripts.options import Names, PositiveNumber, Seeds
-from scripts.output import require_file, write_json
+from scripts.output import require_file, require_folder, write_json
 
 
 def evaluate_predictor(
@@ -16,6 +16,7 @@ def evaluate_predictor(
     horizon: PositiveNumber = 4.8,
     min_ped: Literal[0, 1] | None = None,
     published: bool = False,
+    figures: Path | None = None,
     json: Path | None = None,
     seeds: Seeds = Seeds("1"),
     seed: NonNegativeInt = 0,
@@ -40,15 +41,20 @@ def evaluate_predictor(
         min_ped: Only windows with more agents than this count in the printed table; the JSON file
             has both. 1 if not given, 0 for SDD: what the literature does.
         published: Print below what papers report on the same data, and how it differs.
+        figures: Folder for pictures: the error at each step, where final errors lie in the agent
+            frame, and some scenes of each column over their ground.
         json: File for the table.
         seeds: What `{seed}` stands for, counted from `seed`: a count, or numbers separated by
             commas.
         seed: Added to each of `seeds`.
     """
     require_file(json)
+    if figures is not None:
+        require_folder(figures)
     from envs.forecasters.choice import make_track_forecaster
     from predictor.comparison import compare
     from predictor.published import read_published
+    from scripts.prediction_figures import write_figures
     from scripts.prediction_table import print_errors, print_published
 
     found = compare(
@@ -64,3 +70,6 @@ def evaluate_predictor(
     if of_papers is not None:
         print_published(of_papers)
     write_json(json, found.table)
+    if figures is not None:
+        for path in write_figures(figures, found):
+            print(path)
