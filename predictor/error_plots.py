@@ -121,7 +121,7 @@ def contour_level(density: NDArray[np.float64], share: float, count: int) -> flo
         count: All trajectories.
     """
     highest = np.sort(density, axis=None)[::-1]
-    inside = np.searchsorted(np.cumsum(highest), share * count)
+    inside = int(np.searchsorted(np.cumsum(highest), share * count))
     return float(highest[min(inside, len(highest) - 1)])
 
 
