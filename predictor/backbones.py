@@ -1,7 +1,6 @@
 """Map encoders whose features come from a network for pictures of the `transformers` package."""
 
 from dataclasses import replace
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Self
 
 import torch
@@ -154,7 +153,7 @@ def _cannot_be_had(source: str, what: str, error: Exception) -> ValueError:
     )
 
 
-def _transformers() -> ModuleType:
+def _transformers() -> Any:
     try:
         import transformers
     except ImportError as error:

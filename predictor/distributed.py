@@ -48,7 +48,9 @@ class Processes:
             return
         flat = torch.cat([tensor.flatten() for tensor in tensors])
         distributed.all_reduce(flat)
-        for tensor, total in zip(tensors, flat.split([t.numel() for t in tensors]), strict=True):
+        for tensor, total in zip(
+            tensors, flat.split_with_sizes([t.numel() for t in tensors]), strict=True
+        ):
             tensor.copy_(total.view_as(tensor))
 
 

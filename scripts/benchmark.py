@@ -23,6 +23,7 @@ SECTIONS: Final = (
     "environment",
     "collection",
     "forecast",
+    "exported",
     "training",
 )
 FILE_WIDTH: Final = 160
@@ -44,7 +45,7 @@ def benchmark(
     Args:
         only: Sections to measure, separated by commas: crowd, crowd_peers (the crowd beside other
             simulators, minutes), start, pictures, memory, environment, collection (by PPO),
-            forecast, training.
+            forecast, exported (by ONNX Runtime), training.
         threads: Threads of torch, BLAS and OpenCV.
         json: File for the figures.
         seed: Seed of crowds, actions and weights.

@@ -33,10 +33,10 @@ def forecast(seed: int) -> dict[str, list[dict[str, Any]]]:
         `forecast`: rows with `configuration`, `variant`, `agents`, `neighbors` (K) and `ms`, the
         median of one call.
     """
-    forecasters = [_forecaster(name, variant, seed) for name, variant in NETWORKS]
+    forecasters = [NetworkForecaster(untrained(name, variant, seed)) for name, variant in NETWORKS]
     rows = []
     for agents in AGENTS:
-        calls = [_call(forecaster, agents, seed) for forecaster in forecasters]
+        calls = [one_forecast(forecaster, agents, seed) for forecaster in forecasters]
         seconds = np.median(seconds_in_turn(calls), axis=1)
         rows += [
             {
@@ -53,13 +53,14 @@ def forecast(seed: int) -> dict[str, list[dict[str, Any]]]:
     return {"forecast": sorted(rows, key=lambda row: (row["configuration"], row["variant"]))}
 
 
-def _forecaster(name: str, variant: Variant, seed: int) -> NetworkForecaster:
+def untrained(name: str, variant: Variant, seed: int) -> IterativeAttention:
+    """The network of a configuration, its weights drawn."""
     torch.manual_seed(seed)
     model, _ = named_configuration(name, variant=variant)
-    return NetworkForecaster(IterativeAttention(model))
+    return IterativeAttention(model)
 
 
-def _call(forecaster: NetworkForecaster, agents: int, seed: int) -> Callable[[], object]:
+def one_forecast(forecaster: NetworkForecaster, agents: int, seed: int) -> Callable[[], object]:
     """One forecast of people who walk on straight, on a noisy picture."""
     rng = np.random.default_rng(seed)
     velocity = rng.normal(0.0, 1.0, (agents, 2))

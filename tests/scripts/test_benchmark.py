@@ -9,7 +9,7 @@ import pytest
 from command_line import Crowdnav
 
 from crowdsim.motion import MODEL_NAMES
-from scripts.benchmarks import collection, crowd, crowd_peers, environment, start, timing
+from scripts.benchmarks import collection, crowd, crowd_peers, environment, exported, start, timing
 from scripts.benchmarks.child import answer_of
 from scripts.benchmarks.peers import INSTALL, PEERS, Peer, installed_version
 
@@ -177,4 +177,17 @@ def test_collection_compares_every_way_with_the_vector(
     rows = measured(crowdnav, "collection", tmp_path)["collection"]
     assert [row["way"] for row in rows] == ["vector", "adapter", "PPO", "PPO alone"]
     assert rows[0]["ratio"] == 1.0
+    assert all(row["ratio"] > 0 for row in rows)
+
+
+@pytest.mark.usefixtures("quick")
+def test_exported_networks_are_timed_beside_torch(
+    crowdnav: Crowdnav, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("onnxscript")
+    pytest.importorskip("onnxruntime")
+    monkeypatch.setattr(exported, "NETWORKS", (("fast", "none"),))
+    monkeypatch.setattr(exported, "AGENTS", (1, 3))
+    rows = measured(crowdnav, "exported", tmp_path)["exported"]
+    assert [(row["configuration"], row["agents"]) for row in rows] == [("fast", 1), ("fast", 3)]
     assert all(row["ratio"] > 0 for row in rows)
