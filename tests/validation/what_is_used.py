@@ -7,58 +7,75 @@ of 40 windows one after the other: windows overlap, and stretches nearly do not.
 """
 
 import sys
+from collections.abc import Sequence
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from crowdsim.recordings import Recording
 from predictor.ablation import ENDINGS
-from predictor.comparison import compare
-from predictor.datasets import unit_of, usual_min_ped
-from predictor.trajectory_errors import TrajectoryErrors
+from predictor.datasets import read_tests, usual_min_ped
+from predictor.forecaster import make_forecaster
+from predictor.metrics import displacement_errors
+from predictor.scenes import Scene, scenes
+from predictor.trajectory_errors import forecast_scenes
 
 STRETCH = 40
 DRAWS = 2000
-
-Folds = dict[str, TrajectoryErrors]
-
-
-def excess(plain: Folds, changed: Folds, min_ped: int) -> tuple[float, float, float]:
-    """How much larger the FDE is, and the interval of that; the mean is over folds."""
-    rng = np.random.default_rng(0)
-    mean, drawn = 0.0, np.zeros(DRAWS)
-    for fold, before in plain.items():
-        counted = before.agents > min_ped
-        difference = (changed[fold].errors - before.errors)[counted, -1]
-        mean += float(difference.mean()) / len(plain)
-        drawn += resampled(difference, before.windows[counted] // STRETCH, rng) / len(plain)
-    low, high = np.quantile(drawn, (0.025, 0.975))
-    return mean, float(low), float(high)
+WORLDS = 32
 
 
-def resampled(
-    values: NDArray[np.float64], groups: NDArray[np.int64], rng: np.random.Generator
-) -> NDArray[np.float64]:
+def windows_of(recordings: Sequence[Recording], min_ped: int) -> list[Scene]:
+    """The windows that count, by the protocol of `crowdnav evaluate-predictor`."""
+    every = (s for r in recordings for s in scenes(r, history_steps=8, forecast_steps=12))
+    return [scene for scene in every if len(scene.agents) > min_ped]
+
+
+def errors_of(spec: str, windows: Sequence[Scene]) -> NDArray[np.float64]:
+    """(M, F) errors [m] of all agents of all windows."""
+    forecaster = make_forecaster(spec)
+    assert forecaster is not None
+    return np.concatenate(
+        [
+            displacement_errors(path, scene.future).T
+            for chunk in (windows[at : at + WORLDS] for at in range(0, len(windows), WORLDS))
+            for scene, path in zip(chunk, forecast_scenes(forecaster, chunk), strict=True)
+        ]
+    )
+
+
+def resampled(values: NDArray[np.float64], groups: NDArray[np.int64]) -> NDArray[np.float64]:
     """(DRAWS,) means over groups drawn with replacement."""
     _, number = np.unique(groups, return_inverse=True)
     sums, counts = np.bincount(number, weights=values), np.bincount(number)
-    chosen = rng.integers(len(sums), size=(DRAWS, len(sums)))
+    chosen = np.random.default_rng(0).integers(len(sums), size=(DRAWS, len(sums)))
     return np.asarray(sums[chosen].sum(axis=1) / counts[chosen].sum(axis=1))
 
 
 def main(forecaster: str, data: str) -> None:
     torch.set_num_threads(1)
-    specs = [forecaster + ending for ending in ("", *ENDINGS)]
-    found, min_ped = compare(specs, data), usual_min_ped(data)
-    unit, plain = unit_of(data), found.errors[forecaster]
-    count = sum(int((fold.agents > min_ped).sum()) for fold in plain.values())
-    sys.stdout.write(f"{forecaster} on {data} [{unit}], n = {count}, min_ped {min_ped}\n")
-    for spec, column in found.table["columns"].items():
-        row, moving = column["mean"], column["mean"]["moving"]
-        mean, low, high = excess(plain, found.errors[spec], min_ped)
+    limit = usual_min_ped(data)
+    folds = [windows_of(recordings, limit) for recordings in read_tests(data).values()]
+    stretches = [
+        np.repeat(np.arange(len(fold)), [len(scene.agents) for scene in fold]) // STRETCH
+        for fold in folds
+    ]
+    plain = [errors_of(forecaster, fold) for fold in folds]
+    sys.stdout.write(f"{data} [m], n = {sum(map(len, plain))}, min_ped {limit}\n")
+    for spec in (forecaster, *(forecaster + ending for ending in ENDINGS), "constant_velocity"):
+        errors = [errors_of(spec, fold) for fold in folds]
+        excess = [
+            resampled(new[:, -1] - old[:, -1], stretch)
+            for new, old, stretch in zip(errors, plain, stretches, strict=True)
+        ]
+        low, high = np.quantile(np.mean(excess, axis=0), (0.025, 0.975))
+        ade, fde = (
+            np.mean([of_fold[:, at].mean() for of_fold in errors]) for at in (slice(12), -1)
+        )
+        above = fde - np.mean([of_fold[:, -1].mean() for of_fold in plain])
         sys.stdout.write(
-            f"{spec:40} {row['ade']:.3f}/{row['fde']:.3f}   moving {moving['ade']:.3f}/"
-            f"{moving['fde']:.3f}   FDE {mean:+.3f} [{low:+.3f}, {high:+.3f}]\n"
+            f"{spec:36} {ade:.3f}/{fde:.3f}   FDE {above:+.3f} [{low:+.3f}, {high:+.3f}]\n"
         )
         sys.stdout.flush()
 
