@@ -50,8 +50,9 @@ def train_predictor(
         backbone: Where such a network comes from, a name on the Hugging Face hub or a folder; not
             given: microsoft/resnet-18 or google/vit-base-patch16-224.
         train_backbone: Train it, too, instead of leaving it as it is.
-        config_name: Model and training of the paper, or corrections of constant velocity, and
-            `finetune` to train the weights of those on with small steps.
+        config_name: Model and training of the paper, or corrections of constant velocity, or these
+            by a network for the loop (`fast`), and `finetune` to train weights of `residual` on
+            with small steps.
         horizon: How far one pass of the network forecasts [s], instead of the configuration's own
             4.8; a multiple of 0.4.
         epochs: Passes over the data, instead of the configuration's own number.
