@@ -78,3 +78,13 @@ def test_neighbors_who_cannot_be_told_apart_get_the_same_weight() -> None:
     twice.neighbors_valid[:] = False
     twice.neighbors_valid[:, :2] = True
     np.testing.assert_allclose(attended(model, twice).neighbors[:, :2], 0.5, atol=1e-6)
+
+
+def test_a_network_that_reads_whole_tracks_has_one_weight_for_each_neighbor() -> None:
+    model = network("patch", "fast")
+    inputs = inputs_of(model)
+    weights, found = attention_weights(model, inputs), attended(model, inputs)
+    assert set(weights) == {"neighbors", "map"}
+    assert weights["neighbors"].shape[-1] == model.config.neighbors
+    assert found.history is None
+    np.testing.assert_allclose(found.neighbors.sum(axis=1), 1.0, rtol=1e-5)
