@@ -85,7 +85,7 @@ def _require_finite(name: str, value: float, when: str) -> None:
     if not math.isfinite(value):
         raise FloatingPointError(
             f"expected a finite {name}, found {value} in {when}: "
-            "lower learning_rate or gradient_clip"
+            "lower learning_rate or gradient_clip of its TrainConfig"
         )
 
 

@@ -1,6 +1,7 @@
 """Training: windows from recordings, a flat epoch loop, the best and the last checkpoint."""
 
 import math
+import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -40,6 +41,8 @@ from predictor.windows import Windows
 
 SCALAR_STEPS: Final = 20
 """Batches between two points of the training's scalars."""
+LOG_SECONDS: Final = 10.0
+"""Time between two lines of the progress bar where nobody watches [s]."""
 CPU: Final = torch.device("cpu")
 
 
@@ -206,6 +209,7 @@ def fit(
             total=training.epochs * batches,
             initial=first,
             unit="batch",
+            mininterval=0.1 if sys.stderr.isatty() else LOG_SECONDS,
             disable=not (progress and processes.first),
         ) as bar,
     ):
@@ -238,8 +242,8 @@ def fit(
                 # last, so that a training killed before it repeats the epoch's end
                 save_state(out / FILE, place, identity, run.state())
             write(place.step(batches), {f"validation/{key}": found[key] for key in found})
-            bar.set_postfix(
-                epoch=place.epoch - 1, ade=f"{found['ade']:.3f}", fde=f"{found['fde']:.3f}"
+            bar.set_postfix_str(
+                f"epoch {place.epoch - 1}: ADE/FDE {found['ade']:.3f}/{found['fde']:.3f} m"
             )
     seen = (place.step(batches) - first) * len(windows) / batches
     return TrainResult(
