@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from crowdsim.canvas import FOOTER_PX, Image
 from crowdsim.map import Map
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.render import render_frame, render_map
 from crowdsim.robot_body import RobotBody
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios import SCENARIOS, make_scenario
-from crowdsim.surfaces import Surface
 from crowdsim.wayfinding import geodesic_field
 from crowdsim.world import World
 

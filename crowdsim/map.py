@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 if TYPE_CHECKING:
     from crowdsim.recordings.recording import Picture

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from crowdsim.canvas import project
 from crowdsim.map import Map
 from crowdsim.maps.raster import read_image, trace_surfaces
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 

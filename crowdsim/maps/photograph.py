@@ -12,7 +12,7 @@ from crowdsim.map import Map
 from crowdsim.maps.raster import trace_surfaces
 from crowdsim.recordings import Picture, find_data, read_scene, sdd_mask, sdd_picture
 from crowdsim.recordings.eth_ucy import scene_picture, scene_walkable
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 Bounds = tuple[float, float, float, float]

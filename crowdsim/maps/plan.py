@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.map import Map
 from crowdsim.maps.shapes import box
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 Part = tuple[Surface, FloatArray]

@@ -10,7 +10,7 @@ from skimage.measure import label
 from skimage.segmentation import expand_labels
 
 from crowdsim.canvas import project
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 Part = tuple[Surface, FloatArray]

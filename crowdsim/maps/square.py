@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from crowdsim.maps.plan import CLEAR, OVERLAP, Part, Place, Plan
 from crowdsim.maps.shapes import bench, box, disc, fountain, lane, planter, slab, terrace, tree
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 

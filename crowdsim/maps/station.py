@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from crowdsim.maps.plan import OVERLAP, Part, Place, Plan
 from crowdsim.maps.shapes import bench, box, disc, planter, slab
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ import shapely.ops
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 Bounds = tuple[float, float, float, float]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.recordings.recording import Picture
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 LEAST_DRAWN: Final = 0.5
 """A picture of which a smaller share has the colors of surfaces is no drawn map."""

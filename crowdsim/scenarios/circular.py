@@ -11,10 +11,10 @@ from crowdsim.map import Map
 from crowdsim.maps.shapes import disc
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenario import OnArrival, Scenario
 from crowdsim.scenarios.placement import place, require_count, require_range
 from crowdsim.scenarios.walks import draw_walks
-from crowdsim.surfaces import Surface
 
 MARGIN: Final = 3.0
 """Ground around the circle [m]."""

@@ -9,10 +9,10 @@ from crowdsim.groups import draw_groups
 from crowdsim.map import Map
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import place_parties, require_count, require_range
 from crowdsim.scenarios.walks import formation
-from crowdsim.surfaces import Surface
 
 SIDE = 0.5
 """Distance that people's lanes keep from the corridor's walls [m]."""

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from crowdsim.map import Map
 from crowdsim.motion import ModelChoice
 from crowdsim.pedestrians import Pedestrians
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import place, require_count, require_range
-from crowdsim.surfaces import Surface
 
 WALL: Final = 0.3
 """Thickness of all walls [m]."""

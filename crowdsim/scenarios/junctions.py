@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from crowdsim.map import Map
 from crowdsim.maps.shapes import box
 from crowdsim.motion import ModelChoice
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenario import Scenario
 from crowdsim.scenarios.placement import require_count, require_range
 from crowdsim.scenarios.walks import draw_walks
-from crowdsim.surfaces import Surface
 
 FloatArray = NDArray[np.float64]
 

@@ -24,6 +24,7 @@ from crowdsim.maps.places import LAYOUTS
 from crowdsim.maps.shapes import box
 from crowdsim.maps.vector import SURFACES
 from crowdsim.motion import draw_models
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenario import ON_ARRIVAL, Scenario
 from crowdsim.scenarios.described import MOST_PEOPLE, Description, Flow
 from crowdsim.scenarios.file_values import (
@@ -36,7 +37,6 @@ from crowdsim.scenarios.file_values import (
     whole_numbers,
 )
 from crowdsim.scenarios.regions import ENTRANCES, STOPS, PlaceChoice, Region
-from crowdsim.surfaces import Surface
 
 Generator = Callable[..., Scenario]
 Named = tuple[str, dict[str, Any]]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.map import Map
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 Polygon = NDArray[np.float64]
 Surfaces = list[tuple[Surface, Polygon]]

@@ -19,8 +19,8 @@ from crowdsim.maps import (
     read_wkt,
     write_geojson,
 )
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.render import render_map
-from crowdsim.surfaces import Surface
 
 HOUSE = np.array([[2.0, 2.0], [6.0, 2.0], [6.0, 6.0], [2.0, 6.0]])
 LAWN = np.array([[3.0, 3.0], [9.0, 3.0], [9.0, 5.0], [3.0, 5.0]])

@@ -9,8 +9,8 @@ from crowdsim.canvas import project
 from crowdsim.maps import classified_map, eth_ucy_map, sdd_map, walkable_map
 from crowdsim.maps.raster import trace, trace_surfaces
 from crowdsim.recordings import Picture, read_scene
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.render import render_map
-from crowdsim.surfaces import Surface
 
 RNG = np.random.default_rng(0)
 UPRIGHT = np.diag([10.0, -10.0, 1.0])

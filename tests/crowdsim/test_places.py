@@ -8,8 +8,8 @@ from crowdsim.maps import PLACES, make_place
 from crowdsim.maps.plan import CLEAR, Plan
 from crowdsim.maps.shapes import box, disc
 from crowdsim.pedestrians import Pedestrians
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenario import Scenario
-from crowdsim.surfaces import Surface
 from crowdsim.wayfinding import geodesic_field
 from crowdsim.world import World
 

@@ -7,9 +7,9 @@ import pytest
 from crowdsim.canvas import project
 from crowdsim.map import Map
 from crowdsim.recordings import Picture
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.render import render_frame, render_map, write_video
 from crowdsim.scenarios import make_scenario
-from crowdsim.surfaces import Surface
 
 SQUARE = np.array([(1.0, 2.0), (3.0, 2.0), (3.0, 3.0), (1.0, 3.0)])
 

@@ -10,8 +10,8 @@ from crowdsim.map import Map
 from crowdsim.maps import make_place, write_geojson
 from crowdsim.motion import MotionModel
 from crowdsim.pedestrians import ALONE
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.scenarios import make_scenario
-from crowdsim.surfaces import Surface
 from crowdsim.world import World
 
 DOCS = Path(__file__).parents[2] / "docs"

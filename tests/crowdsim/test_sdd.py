@@ -14,7 +14,7 @@ from crowdsim.recordings import (
     sdd_walkable,
 )
 from crowdsim.recordings.sdd import WALKABLE_CLASSES
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 
 def snippets(recordings: list[Recording]) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from crowdsim.map import Map
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 SQUARE = np.array([[2.0, 2.0], [6.0, 2.0], [6.0, 6.0], [2.0, 6.0]])
 COURT = np.array([[3.0, 3.0], [5.0, 3.0], [5.0, 5.0], [3.0, 5.0]])

@@ -7,7 +7,7 @@ import pytest
 
 from crowdsim.lidar import cast_rays
 from crowdsim.map import Map
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.visibility import visible
 
 NOTHING = np.empty((0, 2, 2))

@@ -3,7 +3,7 @@ import pytest
 
 from crowdsim.distance_field import distance_field
 from crowdsim.map import Map
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 from crowdsim.wayfinding import geodesic_field
 
 OPEN = Map(bounds=(-8.0, -8.0, 8.0, 8.0))

@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from crowdsim.map import Map
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 from envs.observation import GOAL_RANGE, MAP_PIXELS, MAP_SIDE, ROBOT_FIELDS, ROBOT_INDEX
 from envs.robots import direction
 

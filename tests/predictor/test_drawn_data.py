@@ -8,7 +8,7 @@ from hand_made_crowds import walkers
 
 from crowdsim.recordings import Picture, sdd_mask, sdd_picture, write_recordings
 from crowdsim.recordings.drawn import drawn_picture
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 from predictor.config import ModelConfig
 from predictor.datasets import read_tests, read_training, unit_of, usual_min_ped
 from predictor.window_cache import cached_windows

@@ -6,7 +6,7 @@ from functools import cache
 import crowds
 import numpy as np
 
-from crowdsim.surfaces import Surface
+from crowdsim.recordings.surfaces import Surface
 
 CALM = replace(crowds.MODEL, whim=0.0)
 
