@@ -36,6 +36,8 @@ class Costs(NamedTuple):
         person_margin: Free space around a person that is left alone where possible [m].
         spread: Growth of `person_margin` per second ahead, as forecasts grow uncertain [m/s];
             it ends after `SPREADING` seconds.
+        chance: Share of the radius that holds 9 in 10 people (`forecast_radius`) that is left alone
+            beyond `person_margin`, up to its size after `SPREADING` seconds.
         wall: As `person`, for walls.
         wall_margin: As `person_margin`, for walls [m].
         smoothness: Per squared change of the control (in units of its limit) and step.
@@ -49,6 +51,7 @@ class Costs(NamedTuple):
     person: float = 20.0
     person_margin: float = 0.5
     spread: float = 0.2
+    chance: float = 0.0
     wall: float = 10.0
     wall_margin: float = 0.3
     smoothness: float = 0.1
@@ -90,13 +93,18 @@ def people_cost(
     ahead: float,
     people: NDArray[np.float64],
     reach: NDArray[np.float64],
+    doubt: NDArray[np.float64],
     costs: Costs,
 ) -> float:
-    """Cost per second of (x, y) in `ahead` seconds, among people (K, 2) with radii in `reach`."""
-    margin = costs.person_margin + costs.spread * min(ahead, SPREADING)
+    """Cost per second of (x, y) in `ahead` seconds, among people (K, 2) with radii in `reach`.
+
+    `doubt` (K,) is within how far of there 9 in 10 of them are expected [m].
+    """
+    certain = costs.person_margin + costs.spread * min(ahead, SPREADING)
     total = 0.0
     for k in range(len(people)):
         dx, dy = x - people[k, 0], y - people[k, 1]
+        margin = certain + costs.chance * doubt[k]
         near = reach[k] + margin
         squared = dx * dx + dy * dy
         if squared < near * near:
@@ -131,6 +139,8 @@ class Scene(NamedTuple):
         goal: (2,) point to reach [m].
         people: (H, K, 2) positions at the end of each rollout step [m].
         reach: (K,) sums of the radii of robot and person [m].
+        doubt: (H, K) radii within which 9 in 10 of them are expected of there [m]; after
+            `SPREADING` seconds they grow no more.
         walls: (P, 4) pieces of wall, each a point and the way to its other end [m].
     """
 
@@ -139,6 +149,7 @@ class Scene(NamedTuple):
     goal: NDArray[np.float64]
     people: NDArray[np.float64]
     reach: NDArray[np.float64]
+    doubt: NDArray[np.float64]
     walls: NDArray[np.float64]
 
 
@@ -184,7 +195,7 @@ def rollout(
         target = scene.goal if past(x, y, scene.waypoint) else scene.waypoint
         turn = detour(x, y, heading, target, limits)
         rate = costs.distance * (left + turn)
-        rate += people_cost(x, y, ahead, scene.people[t], scene.reach, costs)
+        rate += people_cost(x, y, ahead, scene.people[t], scene.reach, scene.doubt[t], costs)
         rate += wall_cost(x, y, scene.walls, limits.radius, costs)
         jerk = ((a - last_a) / limits.speed) ** 2 + ((b - last_b) / unit) ** 2
         total += rate * limits.dt + costs.smoothness * jerk

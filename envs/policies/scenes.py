@@ -12,7 +12,7 @@ from envs.config import CrowdNavConfig
 from envs.observation import ROBOT_INDEX
 from envs.policies.policy import Observation
 from envs.policies.robot_motion import Limits
-from envs.policies.rollouts import Scene, walls_seen
+from envs.policies.rollouts import SPREADING, Scene, walls_seen
 from envs.robots import turning_limit
 
 Floats = NDArray[np.float64]
@@ -55,7 +55,7 @@ class SceneReader:
         lidar = np.asarray(observation["lidar"], np.float64)
         reach = np.asarray(observation["neighbors_radius"], np.float64) + self.limits.radius
         valid = np.asarray(observation["neighbors_valid"]) > 0.5
-        people = self._people(observation)
+        people, doubt = self._people(observation), self._doubt(observation)
         for world, fields in enumerate(robot):
             yield Scene(
                 velocity=fields[_HOLONOMIC if self.limits.holonomic else _UNICYCLE],
@@ -63,6 +63,7 @@ class SceneReader:
                 goal=fields[_GOAL],
                 people=people[world][:, valid[world]],
                 reach=reach[world][valid[world]],
+                doubt=doubt[world][:, valid[world]],
                 walls=walls_seen(lidar[world], self._farthest, 2.0 * self.limits.radius),
             )
 
@@ -71,10 +72,23 @@ class SceneReader:
         knots = np.asarray(observation["history"], np.float64)[:, :, -1:]
         if "forecast" in observation:
             knots = np.concatenate((knots, observation["forecast"]), axis=2)
-        times = self.limits.dt * np.arange(1, self.steps + 1, dtype=np.float64)
-        weights = interpolation(times, self._frame_dt * np.arange(knots.shape[2], dtype=np.float64))
-        people: Floats = np.einsum("hf,wkfc->whkc", weights, knots)
+        people: Floats = np.einsum("hf,wkfc->whkc", self._weights(np.inf, knots.shape[2]), knots)
         return people
+
+    def _doubt(self, observation: Observation) -> Floats:
+        """Returns (W, H, K), how far from there 9 in 10 of them may be [m]; 0 if nobody says so."""
+        radius = np.zeros((*np.shape(observation["neighbors_valid"]), 1))
+        if "forecast_radius" in observation:
+            radius = np.concatenate((radius, observation["forecast_radius"]), axis=2)
+        weights = self._weights(SPREADING, radius.shape[2])
+        return np.asarray(np.einsum("hf,wkf->whk", weights, radius))
+
+    def _weights(self, latest: float, knots: int) -> Floats:
+        """Weights (H, F) that interpolate at the rollout steps, none of them later than `latest`."""
+        times = self.limits.dt * np.arange(1, self.steps + 1, dtype=np.float64)
+        return interpolation(
+            np.minimum(times, latest), self._frame_dt * np.arange(knots, dtype=np.float64)
+        )
 
 
 def robot_limits(config: CrowdNavConfig) -> Limits:

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from envs.policies.robot_motion import Limits, advance, feasible, steer
@@ -24,6 +24,7 @@ COSTS = Costs(contact=100.0, slack=0.1, person=10.0, person_margin=0.5, spread=0
 CONTROLS = st.floats(-3.0, 3.0)
 
 
+@settings(deadline=None)
 @given(a=CONTROLS, b=CONTROLS, last_speed=st.floats(0.0, 1.2), last_turn=st.floats(-1.5, 1.5))
 def test_a_unicycle_keeps_its_limits(a, b, last_speed, last_turn):
     speed, turn = feasible(a, b, last_speed, last_turn, WHEELS)
@@ -32,6 +33,7 @@ def test_a_unicycle_keeps_its_limits(a, b, last_speed, last_turn):
     assert abs(speed - last_speed) <= WHEELS.acceleration * WHEELS.dt + 1e-12
 
 
+@settings(deadline=None)
 @given(a=CONTROLS, b=CONTROLS, speed=st.floats(0.0, 1.2), course=st.floats(-3.2, 3.2))
 def test_a_holonomic_robot_keeps_its_limits(a, b, speed, course):
     last = speed * math.cos(course), speed * math.sin(course)
@@ -58,10 +60,18 @@ def test_cost_of_nearness_is_a_parabola_and_contact_comes_on_top():
 
 def test_people_ahead_in_time_are_wider_and_count_less():
     people, reach = np.array([[1.0, 0.0], [50.0, 0.0]]), np.array([0.5, 0.5])
-    now = people_cost(0.0, 0.0, 0.0, people, reach, COSTS)
-    later = people_cost(0.0, 0.0, 1.0, people, reach, COSTS)
+    sure = np.zeros(2)
+    now = people_cost(0.0, 0.0, 0.0, people, reach, sure, COSTS)
+    later = people_cost(0.0, 0.0, 1.0, people, reach, sure, COSTS)
     assert now == 0.0  # exactly `person_margin` away
     assert later == pytest.approx(0.5 * proximity(0.5, 0.7, 10.0, COSTS))
+
+
+def test_people_of_whom_nobody_is_sure_are_wider():
+    people, reach = np.array([[1.0, 0.0]]), np.array([0.5])
+    wary = COSTS._replace(chance=0.5)
+    cost = people_cost(0.0, 0.0, 0.0, people, reach, np.array([0.4]), wary)
+    assert cost == pytest.approx(proximity(0.5, 0.7, 10.0, COSTS))
 
 
 def test_the_way_leads_over_the_waypoint_until_it_is_passed():
@@ -99,7 +109,7 @@ def test_rays_that_leave_no_hole_between_them_hit_one_wall():
 @pytest.mark.parametrize("limits", [WHEELS, BALL])
 @pytest.mark.parametrize("share", [1.5, 0.999])
 def test_a_rollout_is_given_up_only_if_it_is_bound_to_cost_more(limits, share):
-    nobody = np.zeros((24, 0, 2)), np.zeros(0), np.zeros((0, 4))
+    nobody = np.zeros((24, 0, 2)), np.zeros(0), np.zeros((24, 0)), np.zeros((0, 4))
     scene = Scene(np.zeros(2), np.array([2.0, 0.5]), np.array([4.0, 1.0]), *nobody)
     controls = np.tile([0.8, 0.1], (24, 1))
     cost = rollout(controls.copy(), False, math.inf, scene, limits, COSTS)
@@ -108,7 +118,7 @@ def test_a_rollout_is_given_up_only_if_it_is_bound_to_cost_more(limits, share):
 
 
 def test_a_rollout_ends_at_the_goal():
-    nobody = np.zeros((40, 0, 2)), np.zeros(0), np.zeros((0, 4))
+    nobody = np.zeros((40, 0, 2)), np.zeros(0), np.zeros((40, 0)), np.zeros((0, 4))
     goal = np.array([1.0, 0.0])
     scene = Scene(np.zeros(2), goal, goal, *nobody)
     costs = []
