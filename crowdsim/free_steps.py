@@ -163,6 +163,7 @@ def free_steps(
             on_arrival,
         )
         states[step + 1] = bodies
+        clearances[step + 1] = np.inf
         if has_robot:
             clearances[step + 1] = robot_clearances(bodies, radius, present, walls)
     return len(commands), next_id

@@ -28,7 +28,7 @@ class Passage:
     @classmethod
     def begin(cls, steps: int, bodies: FloatArray, clearances: tuple[float, float]) -> Passage:
         """Take down how it begins; `note` is for what follows."""
-        passage = cls(np.empty((steps + 1, *bodies.shape)), np.full((steps + 1, 2), np.inf))
+        passage = cls(np.empty((steps + 1, *bodies.shape)), np.empty((steps + 1, 2)))
         passage.note(0, bodies, clearances)
         return passage
 

@@ -62,13 +62,13 @@ class Crowd:
         self.valid[world] = False
         self.ids[world] = -1
         self.radius[world, : len(source.ids)] = source.radius
-        self.read(world, source)
+        self.read(world, source, np.concatenate((source.positions, source.velocities), axis=1))
 
-    def read(self, world: int, source: World) -> None:
-        """Takes one world's pedestrians as they are now."""
-        count = len(source.ids)
-        self.position[world, :count] = source.positions
-        self.velocity[world, :count] = source.velocities
+    def read(self, world: int, source: World, people: Floats) -> None:
+        """Takes one world's pedestrians as they are now, `people` (N, 4) being x, y, vx, vy."""
+        count = len(people)
+        self.position[world, :count] = people[:, :2]
+        self.velocity[world, :count] = people[:, 2:]
         self.valid[world, :count] = source.valid
         self.ids[world, :count] = source.ids
 
@@ -139,7 +139,7 @@ class Worlds:
         for world, running in self._worlds.items():
             passages[world] = run(world, running, velocities[world])
             self._gaps[world] = passages[world].clearances
-            self._read(world, running)
+            self._read(world, running, passages[world].states[-1])
         self._judge(passages)
 
     def _run(self, _: int, running: World, velocities: Floats) -> Passage:
@@ -154,15 +154,16 @@ class Worlds:
             self.social_work[world] += _social_force(running) * self._config.physics_dt
         return Passage.joined(passages)
 
-    def _read(self, world: int, running: World) -> None:
-        self.crowd.read(world, running)
-        self.robots.position[world] = running.robot_position
-        self.robots.velocity[world] = running.robot_velocity
+    def _read(self, world: int, running: World, state: Floats) -> None:
+        """Takes one world as it is now, `state` (N + 1, 4) being x, y, vx, vy, the robot's last."""
+        self.crowd.read(world, running, state[:-1])
+        self.robots.position[world] = state[-1, :2]
+        self.robots.velocity[world] = state[-1, 2:]
 
     def _judge(self, passages: dict[int, Passage]) -> None:
         """Tells from the gaps after each step how near the robots came and whom they touched."""
         self.clearance_pedestrian, self.clearance_wall = self._gaps.min(axis=1).T
-        touched = (self._gaps[:, 1:] <= CONTACT_GAP).any(axis=1)  # (W, 2)
+        touched = np.asarray((self._gaps[:, 1:] <= CONTACT_GAP).any(axis=1))  # (W, 2)
         self.touched_pedestrian, self.touched_wall = touched.T
         self.collision_role = [None] * len(touched)
         for world in np.flatnonzero(self.touched_pedestrian).tolist():
