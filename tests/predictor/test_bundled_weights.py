@@ -1,9 +1,11 @@
 """The weights that come with the package."""
 
+import hashlib
 from dataclasses import replace
 
 import numpy as np
 from hand_made_crowds import walkers
+from safetensors.torch import save
 
 from predictor.checkpoint import load_checkpoint
 from predictor.config import RESIDUAL
@@ -13,7 +15,7 @@ from predictor.scenes import scenes
 
 def test_they_say_how_they_were_made_and_beat_constant_velocity_there() -> None:
     model, about = load_checkpoint(BUNDLED_WEIGHTS)
-    assert model.config == replace(RESIDUAL[0], variant="patch")
+    assert model.config == replace(RESIDUAL[0], variant="patch", modes=6)
     assert "crowdnav generate" in about["command"]
     assert "crowdnav train-predictor" in about["command"]
     metrics = about["metrics"]
@@ -23,7 +25,15 @@ def test_they_say_how_they_were_made_and_beat_constant_velocity_there() -> None:
 
 def test_they_are_small() -> None:
     files = BUNDLED_WEIGHTS, BUNDLED_WEIGHTS.with_suffix(".json")
-    assert sum(file.stat().st_size for file in files) < 3_000_000
+    assert sum(file.stat().st_size for file in files) < 4_000_000
+
+
+def test_modes_were_added_to_weights_that_are_still_the_same() -> None:
+    model, about = load_checkpoint(BUNDLED_WEIGHTS)
+    weights = model.state_dict()
+    point = {name: weights[name] for name in weights if not name.startswith("mode_decoder.")}
+    assert len(point) < len(weights)
+    assert hashlib.sha256(save(point)).hexdigest() == about["init"]["sha256"]
 
 
 def test_they_let_a_straight_walker_walk_on() -> None:
