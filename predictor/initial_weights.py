@@ -12,9 +12,8 @@ from predictor.config import NetworkConfig
 from predictor.networks import Network, build_network, name_of
 
 NEW_FIELDS: Final = ("modes", "dropout", "forecast_steps")
-"""What may differ from the checkpoint: modes are added to a trained network, dropout has no
-weights, and for another horizon the layers that give the paths are drawn anew."""
-NEW_WEIGHTS: Final = "mode_decoder."
+"""What may differ from the checkpoint: modes are added to a trained network or left out, dropout
+has no weights, and for another horizon the layers that give the paths are drawn anew."""
 
 
 def drawn_network(config: NetworkConfig, seed: int) -> Network:
@@ -39,24 +38,18 @@ def continued_network(config: NetworkConfig, seed: int, checkpoint: Path) -> tup
     trained, about = load_checkpoint(checkpoint)
     _require_same(checkpoint, trained.config, config)
     network = drawn_network(config, seed)
-    learned = trained.state_dict()
-    missing = [
-        name for name in network.state_dict().keys() - learned if not name.startswith(NEW_WEIGHTS)
-    ]
-    unexpected = learned.keys() - network.state_dict()
-    if missing or unexpected:
-        raise ValueError(
-            f"{checkpoint}: expected the weights of the network to be trained, "
-            f"found them to differ in {sorted([*missing, *unexpected])[:4]}"
-        )
-    network.load_state_dict({**network.state_dict(), **_of_same_size(learned, network)})
+    drawn = network.state_dict()
+    network.load_state_dict({**drawn, **_of_same_size(trained.state_dict(), drawn)})
     return network, str(about["sha256"])
 
 
-def _of_same_size(learned: dict[str, Tensor], network: Network) -> dict[str, Tensor]:
-    """The learned weights that have the sizes of those of `network`."""
-    sizes = {name: drawn.shape for name, drawn in network.state_dict().items()}
-    return {name: weights for name, weights in learned.items() if weights.shape == sizes[name]}
+def _of_same_size(learned: dict[str, Tensor], drawn: dict[str, Tensor]) -> dict[str, Tensor]:
+    """Those of the learned weights that another network has too, and has in the same size."""
+    return {
+        name: weights
+        for name, weights in learned.items()
+        if name in drawn and weights.shape == drawn[name].shape
+    }
 
 
 def _require_same(checkpoint: Path, found: NetworkConfig, expected: NetworkConfig) -> None:

@@ -100,9 +100,15 @@ def test_the_map_and_the_neighbors_move_along() -> None:
 def test_a_network_for_another_horizon_begins_with_what_it_can_use(tmp_path: Path) -> None:
     """All but the layers that give the paths: the first forecasts then look at the same."""
     trained = network("patch", seed=3)
-    save_checkpoint(tmp_path / "best.safetensors", trained, {})
-    longer, _ = continued_network(replace(trained.config, forecast_steps=24), 0, tmp_path)
-    learned, begun = trained.state_dict(), longer.state_dict()
-    kept = {name for name in begun if begun[name].equal(learned[name])}
-    anew = {"trajectory_decoder.4.weight", "trajectory_decoder.4.bias"}
-    assert begun.keys() - kept == anew
+    save_checkpoint(tmp_path / "point" / "best.safetensors", trained, {})
+    modal, _ = continued_network(replace(trained.config, modes=3), 0, tmp_path / "point")
+    save_checkpoint(tmp_path / "modes" / "best.safetensors", modal, {})
+    learned = trained.state_dict()
+    for init in ("point", "modes"):
+        longer, _ = continued_network(
+            replace(trained.config, forecast_steps=24), 0, tmp_path / init
+        )
+        begun = longer.state_dict()
+        kept = {name for name in begun if begun[name].equal(learned[name])}
+        anew = {"trajectory_decoder.4.weight", "trajectory_decoder.4.bias"}
+        assert begun.keys() - kept == anew
