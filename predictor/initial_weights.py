@@ -14,6 +14,8 @@ from predictor.networks import Network, build_network, name_of
 NEW_FIELDS: Final = ("modes", "dropout", "forecast_steps")
 """What may differ from the checkpoint: modes are added to a trained network or left out, dropout
 has no weights, and for another horizon the layers that give the paths are drawn anew."""
+NEW_WEIGHTS: Final = "mode_decoder."
+"""How the names of the weights begin that modes add."""
 
 
 def drawn_network(config: NetworkConfig, seed: int) -> Network:
