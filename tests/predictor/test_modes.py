@@ -198,3 +198,16 @@ def test_configuration_with_modes() -> None:
     assert has_modes(modal_network(2))
     with pytest.raises(ValueError, match=r"modes must be in 0\.\.64"):
         replace(RESIDUAL[0], modes=-1)
+
+
+def test_nobody_has_no_modes_and_who_has_just_come_has_finite_ones() -> None:
+    forecaster = NetworkForecaster(modal_network())
+    empty = forecaster.forecast_modes(np.zeros((8, 0, 2)), np.zeros((8, 0), dtype=np.bool_))
+    assert empty.covariance.shape == (6, 12, 0, 2, 2)
+    history, valid, image, homography = crowd()
+    valid[:-1, 0] = False
+    valid[-1, 1] = False
+    found = forecaster.forecast_modes(history, valid, image, homography)
+    for array in (found.path, found.position, found.probability, found.covariance):
+        assert np.isfinite(array).all()
+    assert not found.position[:, :, 1].any()
