@@ -32,7 +32,7 @@ def exported(seed: int) -> dict[str, list[dict[str, Any]]]:
             calls = [one_forecast(forecaster, agents, seed) for forecaster in (ours, theirs)]
             seconds = seconds_in_turn(calls)
             torch_ms, onnx_ms = 1e3 * np.median(seconds, axis=1)
-            row = {"configuration": name, "variant": variant, "agents": agents}
+            row: dict[str, Any] = {"configuration": name, "variant": variant, "agents": agents}
             row |= {"torch_ms": round(float(torch_ms), 3), "onnx_ms": round(float(onnx_ms), 3)}
             rows.append(row | {"ratio": round(float(np.median(seconds[0] / seconds[1])), 2)})
     return {"exported": rows}
