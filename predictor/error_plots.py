@@ -33,7 +33,7 @@ INK: Final = "#16181d"
 REGIONS: Final = (0.5, 0.9)
 """Shares of the trajectories that end within the contours."""
 
-SHOWN: Final = 0.97
+SHOWN: Final = 0.985
 """Share of the trajectories of the worst column that the plots must reach."""
 
 CELL: Final = 0.05
