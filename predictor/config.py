@@ -259,7 +259,7 @@ RESIDUAL = (
 """Corrections of constant velocity, trained on the goals that the model itself predicts."""
 
 FINETUNE = (RESIDUAL[0], replace(RESIDUAL[1], epochs=4, learning_rate=1e-3, recolor=0.0))
-"""Trained weights on to other crowds, with small steps; who is trained on keeps its palette."""
+"""Adapts trained weights to other crowds: smaller steps, and maps in the colours that they have."""
 
 FAST = (
     replace(
