@@ -5,9 +5,8 @@ window with probability `LEVEL`, if that window is drawn like those (J. Lei et a
 "Distribution-Free Predictive Inference for Regression", 2018). Windows overlap and other places
 differ, so how often it does hold is measured wherever forecasts are evaluated (`coverage@0.9`).
 
-Covariances of modes are scaled by one factor for each step, the temperature that makes what then
-happened on validation most likely (C. Guo et al., "On Calibration of Modern Neural Networks",
-2017).
+Covariances of modes are scaled by one factor for each step, the temperature with which the smallest
+regions that hold `LEVEL` of the mixture held `LEVEL` of the truths on validation.
 """
 
 import math
@@ -17,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from predictor.modal_forecast import ModalForecast, scaled
-from predictor.modal_metrics import nll
+from predictor.modal_metrics import region_mass
 
 LEVEL: Final = 0.9
-TEMPERATURES: Final = np.geomspace(0.25, 4.0, 29)
-"""Candidates for the factor on covariances, a tenth apart."""
+TEMPERED_WINDOWS: Final = 4000
+"""At most so many windows tell the temperatures: regions are dear."""
+TEMPERATURE_RANGE: Final = (1.0 / 16.0, 16.0)
+BISECTIONS: Final = 9
+"""Halve this range, on a logarithmic scale, down to one per cent."""
 
 
 def conformal_radius(errors: NDArray[np.float64], level: float = LEVEL) -> NDArray[np.float64]:
@@ -37,14 +39,21 @@ def calibration(errors: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def temperatures(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(F,) factors on the covariances of each step with the least `nll`.
+    """(F,) factors on the covariances of each step with which regions of `LEVEL` hold that much.
 
     Args:
         forecast: Of M validation windows, as if they were the people of one world.
         future: (F, M, 2) true positions in the same frame [m].
     """
-    found = [nll(scaled(forecast, factor), future).mean(axis=1) for factor in TEMPERATURES]
-    return np.asarray(TEMPERATURES[np.argmin(found, axis=0)])
+    steps, windows = future.shape[:2]
+    rows = np.linspace(0, windows - 1, min(windows, TEMPERED_WINDOWS)).astype(np.int64)
+    few, true = forecast.of_people(rows), future[:, rows]
+    low, high = (np.full(steps, end) for end in TEMPERATURE_RANGE)
+    for _ in range(BISECTIONS):
+        middle = np.sqrt(low * high)
+        held = (region_mass(scaled(few, middle), true) <= LEVEL).mean(axis=1)
+        low, high = np.where(held < LEVEL, middle, low), np.where(held < LEVEL, high, middle)
+    return np.asarray(np.sqrt(low * high))
 
 
 def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64] | None:
