@@ -68,14 +68,17 @@ def draw(picture: Path, files: Sequence[Path]) -> None:
     """Print errors at some horizons and draw the curves of those who move."""
     tables = [json.loads(file.read_text()) for file in files]
     panels = list(dict.fromkeys(table["data"] for table in tables))
+    names = list(dict.fromkeys(table["forecaster"] for table in tables))
+    colors = dict(zip(names, COLORS, strict=False))
     figure = Figure(figsize=(4.8 * len(panels), 3.8), layout="constrained")
     for number, data in enumerate(panels):
         axes = figure.add_subplot(1, len(panels), number + 1)
         ours = [table for table in tables if table["data"] == data]
-        for table, color in zip(ours, COLORS, strict=False):
+        for table in ours:
             print_row(table)
             times = table["frame_dt"] * np.arange(1, 1 + len(table["moving"]))
-            axes.plot(times, table["moving"], color=color, label=title(table["forecaster"]))
+            name = table["forecaster"]
+            axes.plot(times, table["moving"], color=colors[name], label=title(name))
         axes.set_title(f"{title(data)}, n = {ours[0]['moving_n']} who move", fontsize=10)
         axes.set(xlabel="ahead [s]", ylabel="displacement error [m]", xlim=(0, HORIZON), ylim=0)
         axes.set_xticks(SHOWN)
