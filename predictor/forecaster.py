@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,12 @@ from predictor.ablation import ENDINGS, split_endings
 from predictor.constant_velocity import ConstantVelocityForecaster
 from predictor.modal_forecast import ModalForecast
 
-BUNDLED_WEIGHTS = Path(__file__).parent / "weights" / "iterative_attention.safetensors"
-"""Weights trained on synthetic crowds; the JSON beside them says how."""
+BUNDLED_WEIGHTS: Final = {
+    name: Path(__file__).parent / "weights" / f"{name}.safetensors"
+    for name in ("iterative_attention", "fast")
+}
+"""Weights trained on synthetic crowds, by the name of their forecaster; the JSON beside each says
+how."""
 
 
 class Forecaster(Protocol):
@@ -117,11 +121,11 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
     """Choose a forecaster by name.
 
     Args:
-        spec: `none`, `constant_velocity`, `iterative_attention` (the bundled weights), or the path
-            of a checkpoint of any of `predictor.networks.NETWORKS` (its `.safetensors` file, or a
-            folder with `best.safetensors`), or of an exported one (`.onnx`). A
-            network's name or path may have endings such as `@no_map` (`predictor.ablation.ENDINGS`)
-            that say what it is not to be shown.
+        spec: `none`, `constant_velocity`, `iterative_attention` or `fast` (`BUNDLED_WEIGHTS`), or
+            the path of a checkpoint of any of `predictor.networks.NETWORKS` (its `.safetensors`
+            file, or a folder with `best.safetensors`), or of an exported one (`.onnx`). A network's
+            name or path may have endings such as `@no_map` (`predictor.ablation.ENDINGS`) that say
+            what it is not to be shown.
         horizon: How far to forecast [s]; a multiple of 0.4 s.
 
     Returns:
@@ -137,11 +141,11 @@ def make_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | None:
     if spec == "constant_velocity":
         return ConstantVelocityForecaster(forecast_steps=forecast_steps)
     name, ablation = split_endings(spec)
-    path = BUNDLED_WEIGHTS if name == "iterative_attention" else Path(name)
-    if name != "iterative_attention" and not path.exists():
+    path = BUNDLED_WEIGHTS.get(name, Path(name))
+    if name not in BUNDLED_WEIGHTS and not path.exists():
         raise ValueError(
-            "forecaster must be 'none', 'constant_velocity', 'iterative_attention' or the path "
-            f"of a checkpoint, perhaps with endings of {', '.join(ENDINGS)}; got {spec!r}"
+            "forecaster must be 'none', 'constant_velocity', 'iterative_attention', 'fast' or the "
+            f"path of a checkpoint, perhaps with endings of {', '.join(ENDINGS)}; got {spec!r}"
         )
     # torch is imported only by who needs a network
     from predictor.network_forecaster import NetworkForecaster

@@ -30,7 +30,7 @@ def evaluate(
     Args:
         policies: `straight`, `mppi`, or folders written by `crowdnav train-policy`.
         forecasters: `none`, `constant_velocity`, `constant_velocity_map`, `social_force`,
-            `iterative_attention`, checkpoints, `oracle`, or
+            `fast`, `iterative_attention`, checkpoints, `oracle`, or
             `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
         scenarios: Names of scenarios.
         seeds: Number of episodes of each arm in each scenario, or their seeds: `20` or `3,5,8`.

@@ -30,8 +30,8 @@ def evaluate_predictor(
 
     Args:
         forecaster: The columns of the table, separated by commas: `constant_velocity`,
-            `social_force`, `iterative_attention` (the bundled weights), or the folder of a
-            checkpoint, where `{fold}` and `{seed}` stand for each fold and each seed; `@no_map`,
+            `social_force`, `iterative_attention` or `fast` (the bundled weights), or the folder of
+            a checkpoint, where `{fold}` and `{seed}` stand for each fold and each seed; `@no_map`,
             `@blank_map`, `@rotated_map`, `@wrong_map`, `@no_neighbors` or `@no_history` behind it
             say what a network is not shown, or shown wrongly.
         data: `eth_ucy` or a folder with that data (its five folds), `FOLDER:FOLD` (one of them),

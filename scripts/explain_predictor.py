@@ -20,7 +20,7 @@ def explain_predictor(
     them; forecasts without map and without neighbors say what the looking changed.
 
     Args:
-        forecaster: `iterative_attention` (the bundled weights) or a checkpoint of that network.
+        forecaster: `iterative_attention` or `fast` (the bundled weights), or a checkpoint.
         data: As `--data` of `evaluate-predictor`; the tests of all folds, one after the other.
         scene: Number of the window in the data.
         agent: Number of the agent in the window.

@@ -15,8 +15,8 @@ def export_predictor(
     other commands, too: `pip install 'crowdnav-testbed[onnx]'`.
 
     Args:
-        checkpoint: `iterative_attention` (the bundled weights), or a checkpoint: its folder or its
-            `.safetensors` file.
+        checkpoint: `iterative_attention` or `fast` (the bundled weights), or a checkpoint: its
+            folder or its `.safetensors` file.
         out: File to write: `.onnx` or `.pt2`.
     """
     require_file(out)
@@ -24,7 +24,7 @@ def export_predictor(
     from predictor.export import export_network
     from predictor.forecaster import BUNDLED_WEIGHTS
 
-    path = BUNDLED_WEIGHTS if checkpoint == "iterative_attention" else Path(checkpoint)
+    path = BUNDLED_WEIGHTS.get(checkpoint, Path(checkpoint))
     network, about = load_checkpoint(path)
     export_network(network, about, out)
     print(f"Written to {out}: {about['model']}, {out.stat().st_size / 1e6:.1f} MB")

@@ -25,7 +25,7 @@ def render(
         scenario: Name of the scenario.
         scenario_parameters: Its keywords, such as {"pedestrians": 40}.
         policy: `straight`, `mppi`, or a folder written by `crowdnav train-policy`.
-        forecaster: `none`, `constant_velocity`, `iterative_attention`, or a checkpoint.
+        forecaster: `none`, `constant_velocity`, `fast`, `iterative_attention`, or a checkpoint.
         environment: Further keywords of the environment, such as {"robot": "holonomic"}.
         out: File to write: `.webm` is a video of the episode, `.png` a picture of one moment.
         seed: Seed of the episode.

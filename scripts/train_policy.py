@@ -36,7 +36,7 @@ def train_policy(
         scenario: Name of the scenario to train in.
         scenario_parameters: Keywords of the scenario, such as {"pedestrians": 5}.
         robot: Kind of robot.
-        forecaster: `none`, `constant_velocity`, `iterative_attention` or a checkpoint.
+        forecaster: `none`, `constant_velocity`, `fast`, `iterative_attention` or a checkpoint.
         steps: Environment steps of all environments together; rounded up to whole updates.
         environments: Environments side by side.
         out: Folder of the policy.

@@ -12,7 +12,6 @@ from gymnasium.vector import VectorEnv
 import envs  # noqa: F401  (registers the environments)
 from predictor.checkpoint import save_checkpoint
 from predictor.config import named_configuration
-from predictor.forecaster import BUNDLED_WEIGHTS
 from predictor.networks import build_network
 from scripts.benchmarks.timing import seconds_per_call
 
@@ -47,15 +46,13 @@ def forecasters(folder: Path, seed: int) -> dict[str, str]:
     torch.manual_seed(seed)
     model, _ = named_configuration("paper", variant="none", seed=seed)
     save_checkpoint(mapless, build_network(model), {})
-    names = {
+    return {
         "none": "none",
         "constant_velocity": "constant_velocity",
         "iterative_attention, none": str(mapless),
         "iterative_attention, patch": "iterative_attention",
+        "fast": "fast",
     }
-    if BUNDLED_WEIGHTS.with_name("fast.safetensors").exists():
-        names["fast"] = "fast"
-    return names
 
 
 def make_vector(forecaster: str, environments: int) -> VectorEnv[Any, Any, Any]:

@@ -48,14 +48,14 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pytest.importorskip("onnxscript")
     pytest.importorskip("onnxruntime")
     out = tmp_path_factory.mktemp("exported") / "bundled.onnx"
-    export_network(*load_checkpoint(BUNDLED_WEIGHTS), out)
+    export_network(*load_checkpoint(BUNDLED_WEIGHTS["iterative_attention"]), out)
     return out
 
 
 def test_onnx_gives_what_torch_gives_for_any_number_of_agents_and_neighbors(
     exported: Path,
 ) -> None:
-    network, about = load_checkpoint(BUNDLED_WEIGHTS)
+    network, about = load_checkpoint(BUNDLED_WEIGHTS["iterative_attention"])
     onnx, kept = load_onnx(exported)
     assert kept == about
     assert onnx.config == network.config
