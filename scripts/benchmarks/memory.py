@@ -14,7 +14,8 @@ from scripts.benchmarks.child import answer_of
 ENVIRONMENTS: Final = (1, 1000)
 PEDESTRIANS: Final = 20
 FORECASTER: Final = "constant_velocity"
-STEPS: Final = 3
+STEPS: Final = 60
+"""By then most worlds have had a contact, and so a contact solver."""
 STATUS: Final = Path("/proc/self/status")
 """Where Linux keeps the peak of this very program; `getrusage` may tell that of its parent."""
 BYTES_PER_MIB: Final = 2**20
