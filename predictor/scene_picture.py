@@ -50,25 +50,24 @@ class DrawnScene:
 
 def liveliest(
     forecaster: Forecaster, recordings: Sequence[Recording], count: int
-) -> Iterator[DrawnScene]:
+) -> list[DrawnScene]:
     """Forecast the scene with most moving agents, up to `MOST_MOVING`, of some recordings.
 
     Args:
         forecaster: Of whom.
         recordings: From where; those without a picture are left out.
         count: How many scenes at most, one of each recording, of different places if there are.
+            Those in which more agents move come last.
     """
-    for recording in islice(_of_different_places(recordings), count):
-        every = scenes(
-            recording,
-            history_steps=forecaster.history_steps,
-            forecast_steps=forecaster.forecast_steps,
-            frame_dt=forecaster.frame_dt,
-            stride=STRIDE,
-        )
-        scene = max(every, key=_liveliness, default=None)
+    clear: list[Scene] = []
+    crowded: list[Scene] = []
+    for recording in _of_different_places(recordings):
+        if len(clear) == count:
+            break
+        scene = max(_windows(forecaster, recording), key=_liveliness, default=None)
         if scene is not None:
-            yield _forecast(forecaster, scene)
+            (clear if _liveliness(scene) >= 0 else crowded).append(scene)
+    return [_forecast(forecaster, scene) for scene in [*clear, *crowded][:count]]
 
 
 def scene_picture(title: str, drawn: Sequence[DrawnScene]) -> bytes:
@@ -99,6 +98,16 @@ def _of_different_places(recordings: Sequence[Recording]) -> list[Recording]:
         places.setdefault(recording.name.rstrip("0123456789"), recording)
     firsts = list(places.values())
     return firsts + [recording for recording in pictured if recording not in firsts]
+
+
+def _windows(forecaster: Forecaster, recording: Recording) -> Iterator[Scene]:
+    return scenes(
+        recording,
+        history_steps=forecaster.history_steps,
+        forecast_steps=forecaster.forecast_steps,
+        frame_dt=forecaster.frame_dt,
+        stride=STRIDE,
+    )
 
 
 def _liveliness(scene: Scene) -> int:
@@ -162,8 +171,8 @@ def _draw_modes(axes: Axes, picture: Picture, modes: ModalForecast, agent: int, 
     for path, probability in zip(
         modes.position[:, :, agent], modes.probability[:, agent].tolist(), strict=True
     ):
-        alpha = 0.25 + 0.65 * probability
-        axes.plot(*_pixels(picture, path).T, color=color, linewidth=1.1, alpha=alpha)
+        alpha = 0.35 + 0.6 * probability
+        axes.plot(*_pixels(picture, path).T, color=color, linewidth=1.2, alpha=alpha)
 
 
 RIM: Final[dict[str, Any]] = {"markeredgecolor": "white", "markeredgewidth": 0.7}

@@ -56,13 +56,14 @@ def test_contours_hold_their_share() -> None:
 def test_scenes_are_lively_but_not_crowded_and_of_different_places() -> None:
     rng = np.random.default_rng(0)
     crowds = [walkers(rng, people, 20, name) for people, name in ((3, "a-1"), (6, "a-2"), (4, "b"))]
-    drawn = list(liveliest(ConstantVelocityForecaster(), crowds, 2))
+    crowds.insert(0, walkers(rng, MOST_MOVING + 1, 20, "crowded"))
+    drawn = liveliest(ConstantVelocityForecaster(), crowds, 2)
     assert [one.scene.recording.name for one in drawn] == ["a-1", "b"]
     crowd = walkers(rng, MOST_MOVING + 5, 60, "c")
     crowd.valid[:30, :8] = False
     crowd.positions[:30, :8] = 0.0
-    scene = next(liveliest(ConstantVelocityForecaster(), [crowd], 1)).scene
-    assert len(scene.agents) == 4
+    [drawn_scene] = liveliest(ConstantVelocityForecaster(), [crowd], 1)
+    assert len(drawn_scene.scene.agents) == 4
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9])
