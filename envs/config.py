@@ -24,8 +24,8 @@ class CrowdNavConfig:
         crowd_speed: Factor on everybody's desired speed; recorded people keep theirs.
         forecaster: `none`, `constant_velocity`, `constant_velocity_map` (stops at walls),
             `social_force` (rolls that model on), `fast` or `iterative_attention` (networks), the
-            path of a checkpoint, `oracle` (the simulator run ahead under the robot's present command), or
-            `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
+            path of a checkpoint, `oracle` (the simulator run ahead under the robot's present
+            command), or `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
         horizon: How far forecasts reach [s]; a whole number of `frame_dt`.
         modes_observed: M, how many of the ways that each of them may go are in the observation, the
             likeliest first; needs a forecaster with modes.
