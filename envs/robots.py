@@ -169,7 +169,7 @@ class Bicycle:
         turn = self._curvature(state) * way
         course = state.heading[:, None] + 0.5 * turn
         chord = way * np.sinc(turn / (2.0 * np.pi))
-        return state.position[:, None] + chord[:, :, None] * direction(course)
+        return np.asarray(state.position[:, None] + chord[:, :, None] * direction(course))
 
     def _curvature(self, state: RobotState) -> Floats:
         """(W, 1) turn per metre [rad/m]."""

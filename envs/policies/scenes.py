@@ -84,7 +84,7 @@ class SceneReader:
         return np.asarray(np.einsum("hf,wkf->whk", weights, radius))
 
     def _weights(self, latest: float, knots: int) -> Floats:
-        """Weights (H, F) that interpolate at the rollout steps, none of them later than `latest`."""
+        """Weights (H, F) that interpolate at the rollout steps, none later than `latest`."""
         times = self.limits.dt * np.arange(1, self.steps + 1, dtype=np.float64)
         return interpolation(
             np.minimum(times, latest), self._frame_dt * np.arange(knots, dtype=np.float64)
