@@ -63,7 +63,7 @@ def test_ppo_of_skrl_trains_on_the_batched_environment(tmp_path):
         cfg={"rollouts": 8, "learning_epochs": 1, "experiment": quiet},
         **spaces,
     )
-    run = {"timesteps": 16, "disable_progressbar": True, "close_environment_at_exit": False}
+    run = {"timesteps": 16, "disable_progressbar": True, "headless": True}
     SequentialTrainer(env=env, agents=agent, cfg=run).train()
     after = models["policy"].layer.weight
     assert torch.isfinite(after).all()
