@@ -77,7 +77,7 @@ class CrowdNavConfig:
     robot_visible: bool = True
     robot_awareness: float = 1.0
     crowd_speed: float = 1.0
-    forecaster: str = "constant_velocity"
+    forecaster: str = "fast"
     horizon: float = 4.8
     modes_observed: int = 0
     pedestrians_observed: int = 8

@@ -217,7 +217,7 @@ def test_wrappers_of_gymnasium_work(scene):
 
 def test_a_trace_tells_the_whole_episode(scene):
     name = scene(people=[(3.0, 1.5), (5.0, -1.0)], goals=[(-3.0, 1.5), (-5.0, -1.0)])
-    env = make(name, record=True, max_speed=1.0)
+    env = make(name, record=True, max_speed=1.0, forecaster="constant_velocity")
     with pytest.raises(RuntimeError, match="an episode that has ended"):
         _ = env.unwrapped.trace
     steps, *_ = run(env, AHEAD["unicycle"])

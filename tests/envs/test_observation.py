@@ -60,7 +60,8 @@ def test_what_is_straight_ahead_is_at_plus_x(scene, robot, heading):
 @pytest.mark.parametrize("heading", HEADINGS)
 def test_what_is_to_the_left_is_at_plus_y(scene, heading):
     name = facing(scene, heading, people=(0.0, 3.0), goal=(0.0, 5.0))
-    observation = watch(gymnasium.make("crowdnav/CrowdNav-v0", scenario=name), 0)
+    env = gymnasium.make("crowdnav/CrowdNav-v0", scenario=name, forecaster="constant_velocity")
+    observation = watch(env, 0)
     assert_allclose(observation["history"][0, -1], (0.0, 3.0), atol=1e-5)
     assert_allclose(observation["forecast"][0], np.tile((0.0, 3.0), (12, 1)), atol=1e-5)
     assert_allclose(observation["robot"][ROBOT_INDEX["goal_y"]], 5.0, atol=1e-5)
