@@ -40,11 +40,11 @@ def _scenes(found: Comparison) -> dict[str, bytes]:
     from predictor.scene_picture import liveliest, scene_picture
 
     pictures, each = {}, -(-SCENES // len(found.tests))
-    for name in found.forecasters.keys() - {BASELINE}:
-        forecasters = found.forecasters[name]
+    for name, forecasters in found.forecasters.items():
         drawn = [
             scene
             for fold, recordings in found.tests.items()
+            if name != BASELINE
             for scene in liveliest(forecasters[fold], recordings, each)
         ]
         if drawn:

@@ -108,7 +108,8 @@ def _cell(row: dict[str, Any], unit: str) -> str:
     cell = f"{row['ade']:.{digits}f}/{row['fde']:.{digits}f}"
     if "ade_sd" not in row:
         return cell
-    return f"{cell}\n±{row['ade_sd']:.{digits}f}/{row['fde_sd']:.{digits}f}"
+    # what is the same for all seeds has no deviation
+    return f"{cell}\n±{row['ade_sd']:.{digits}f}/{row.get('fde_sd', 0.0):.{digits}f}"
 
 
 def _caption(found: dict[str, Any]) -> str:
