@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SYNTHETIC: Final = ("circular_crossing", "parallel_traffic", "urban_crossing")
 REAL_SCENE: Final = "crowds_zara01"
 REFERENCE: Final = "mppi/none"
-FORECASTING: Final = "mppi/iterative_attention"
+FORECASTING: Final = "mppi/fast"
 
 
 def demo(
@@ -77,7 +77,7 @@ def arms() -> tuple["Arm", ...]:
     """What is compared."""
     from envs.comparison import Arm
 
-    forecasters = ("none", "constant_velocity", "iterative_attention", "oracle")
+    forecasters = ("none", "constant_velocity", "fast", "oracle")
     planned = (Arm(policy="mppi", forecaster=forecaster) for forecaster in forecasters)
     return Arm(policy="straight"), Arm(policy="orca"), *planned
 

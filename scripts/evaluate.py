@@ -11,7 +11,7 @@ from scripts.output import require_file, require_folder, write_json
 
 def evaluate(
     policies: Names = Names("straight,mppi"),
-    forecasters: Names = Names("none,constant_velocity,iterative_attention"),
+    forecasters: Names = Names("none,constant_velocity,fast"),
     scenarios: Names = Names("circular_crossing,narrow_doorway,urban_crossing"),
     seeds: Seeds = Seeds(20),
     environment: dict[str, Any] | None = None,

@@ -14,7 +14,7 @@ def render(
     scenario: str = "urban_crossing",
     scenario_parameters: dict[str, Any] | None = None,
     policy: str = "mppi",
-    forecaster: str = "iterative_attention",
+    forecaster: str = "fast",
     environment: dict[str, Any] | None = None,
     out: Path = Path("runs/render/episode.webm"),
     seed: NonNegativeInt = 0,

@@ -13,7 +13,7 @@ def stress(
     knob: str = "horizon",
     values: list[bool | int | float | str] | None = None,
     policies: Names = Names("mppi@9.6"),
-    forecasters: Names = Names("none,constant_velocity,iterative_attention"),
+    forecasters: Names = Names("none,constant_velocity,fast"),
     scenario: str = "circular_crossing",
     scenario_parameters: dict[str, Any] | None = None,
     seeds: Seeds = Seeds(20),
