@@ -120,7 +120,13 @@ class Worlds:
         """Builds one world anew; the others stay as they are."""
         if len(scenario.pedestrians) > self.crowd.columns:
             self.crowd = self.crowd.widened(len(scenario.pedestrians))
-        running = World(scenario, rng=rng, physics_dt=self._config.physics_dt, robot=self._body)
+        running = World(
+            scenario,
+            rng=rng,
+            physics_dt=self._config.physics_dt,
+            robot=self._body,
+            former=self._worlds.get(world),
+        )
         self._worlds[world] = running
         self.crowd.restart(world, running)
         self.robots.restart(world, scenario.robot_start)

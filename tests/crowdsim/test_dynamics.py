@@ -65,3 +65,28 @@ def test_a_run_wants_finite_velocities_and_a_robot():
         world("circular_crossing").run(np.zeros(2))
     with pytest.raises(ValueError, match="no robot"):
         world("circular_crossing", robot=False).run(np.zeros((1, 2)))
+
+
+def test_a_world_that_takes_over_a_solver_moves_as_if_it_had_built_one():
+    def crowded(seed, former=None):
+        rng = np.random.default_rng(seed)
+        scenario = make_scenario("circular_crossing", rng, pedestrians=40)
+        return World(scenario, rng=rng, robot=RobotBody(), former=former)
+
+    former, fresh = crowded(1), crowded(2)
+    former.run(COMMANDS)
+    solver = former._solid._solver
+    heir = crowded(2, former)
+    assert heir._solid._solver is solver
+    assert former._solid._solver is not solver
+    for commands in np.split(COMMANDS, 40):
+        np.testing.assert_array_equal(heir.run(commands).states, fresh.run(commands).states)
+
+
+def test_a_solver_is_not_taken_over_where_it_does_not_fit():
+    former = world("circular_crossing")
+    former.run(COMMANDS)
+    solver = former._solid._solver
+    rng = np.random.default_rng(1)
+    more = make_scenario("circular_crossing", rng, pedestrians=21)
+    assert World(more, rng=rng, robot=RobotBody(), former=former)._solid._solver is not solver
