@@ -1,7 +1,8 @@
-"""Rows of measured episodes, and the Parquet files that hold them."""
+"""Rows of measured episodes and of their forecast errors, and the Parquet files that hold them."""
 
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +13,39 @@ from envs.metric_table import METRICS
 from envs.metrics import Value
 
 Row = dict[str, Value]
-"""One episode: scenario, arm, policy, forecaster, horizon, seed, and every metric."""
+"""One episode: scenario, arm, policy, forecaster, horizon, seed, and every metric; or one bin and
+step of its forecast errors."""
 
-_TEXT = ("scenario", "arm", "policy", "forecaster", "collision_role")
-_COUNTS = ("seed", "failure_to_progress", "forecast_count")
+_TEXT = (
+    "scenario",
+    "arm",
+    "policy",
+    "forecaster",
+    "collision_role",
+    "distance",
+    "frames_seen",
+)
+_COUNTS = ("seed", "failure_to_progress", "forecast_count", "step", "n", "within_radius")
 
 
-def rows_as_parquet(rows: Sequence[Row]) -> bytes:
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """What is kept of some episodes.
+
+    Attributes:
+        rows: One per episode.
+        cells: Their forecast errors, rows of `envs.forecast_cells.forecast_cells`.
+    """
+
+    rows: list[Row]
+    cells: list[Row]
+
+
+def rows_as_parquet(rows: Sequence[Row], keys: Sequence[str]) -> bytes:
     """The rows as the content of a Parquet file, one column per key; missing numbers are null."""
     columns = {
         key: pa.array([row[key] for row in rows], type=_column_type(key), from_pandas=True)
-        for key in rows[0]
+        for key in keys
     }
     sink = io.BytesIO()
     pq.write_table(pa.table(columns), sink, compression="zstd")

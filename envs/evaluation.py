@@ -21,9 +21,12 @@ from crowdsim.scenarios import make_scenario
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
 from envs.config import CrowdNavConfig
 from envs.dose_response import rank_correlation
-from envs.episode_rows import Row, rows_as_parquet
+from envs.episode_rows import Measured, Row, rows_as_parquet
 from envs.findings import findings
 from envs.finished_tasks import FinishedTasks
+from envs.forecast_breakdown import forecast_breakdown
+from envs.forecast_cells import CELL_COLUMNS, forecast_cells
+from envs.forecast_scores import scored_forecasts
 from envs.forecasters import make_world_forecaster
 from envs.metrics import DELAY_AHEAD, navigation_metrics
 from envs.policies import make_policy
@@ -45,14 +48,18 @@ class Evaluation:
         config: What was asked.
         rows: One per episode: scenario, arm, policy, forecaster, seed and all metrics; ordered by
             scenario, arm and seed.
+        cells: Forecast errors of every episode by bin and step (`envs.forecast_cells`), ordered
+            likewise.
         summary: `run` (command, machine, …), `config`, `findings`, `dose_response` (rank
-            correlation of forecast error and outcomes), and what `envs.summary.summarize` gives;
+            correlation of forecast error and outcomes), `forecast_errors` (by step, distance and
+            history), and what `envs.summary.summarize` gives;
             fits into JSON.
         recorded: A few instructive episodes, of every arm from the same seed.
     """
 
     config: EvaluationConfig
     rows: list[Row]
+    cells: list[Row]
     summary: dict[str, Any]
     recorded: list[RecordedEpisode]
 
@@ -90,46 +97,54 @@ def evaluate(
     """
     started = time.perf_counter()
     _check_names(config)
-    rows = sorted(_run(config, progress, finished), key=_ordering(config))
+    measured, order = _run(config, progress, finished), _ordering(config)
+    rows = sorted((row for part in measured for row in part.rows), key=order)
+    cells = sorted((cell for part in measured for cell in part.cells), key=order)
     summary: dict[str, Any] = {
         "run": _run_facts(config, command, time.perf_counter() - started),
         "config": dataclasses.asdict(config),
         **summarize(rows, reference=config.reference_arm, seed=config.statistics_seed),
         "dose_response": _dose_response(rows, config.statistics_seed),
+        "forecast_errors": forecast_breakdown(cells, config.statistics_seed),
     }
     summary["findings"] = findings(summary)
-    return Evaluation(config=config, rows=rows, summary=summary, recorded=_replays(config, rows))
+    return Evaluation(
+        config=config,
+        rows=rows,
+        cells=cells,
+        summary=summary,
+        recorded=_replays(config, rows),
+    )
 
 
 def measure_episodes(
     job: tuple[Task, FinishedTasks | None], finished_one: Callable[[], None]
-) -> list[Row]:
+) -> Measured:
     """Runs and measures the episodes of one task; calls `finished_one` after each."""
     task, finished = job
-    rows = None if finished is None else finished.rows_of(task)
-    if rows is not None:
-        for _ in rows:
+    kept = None if finished is None else finished.measured(task)
+    if kept is not None:
+        for _ in kept.rows:
             finished_one()
-        return rows
-    rows = []
+        return kept
+    measured = Measured(rows=[], cells=[])
     for seed, trace in run_episodes(task.environment, task.policy, task.seeds, task.width):
         reacts = trace.scenario.replay is None
         twin = run_twin(trace, longer=DELAY_AHEAD) if reacts else None
-        rows.append(
-            {
-                "scenario": task.scenario,
-                "arm": task.arm,
-                "policy": task.policy,
-                "forecaster": task.environment.forecaster,
-                "horizon": task.environment.horizon,
-                "seed": seed,
-                **navigation_metrics(trace, twin),
-            }
-        )
+        about: Row = {
+            "scenario": task.scenario,
+            "arm": task.arm,
+            "policy": task.policy,
+            "forecaster": task.environment.forecaster,
+            "horizon": task.environment.horizon,
+            "seed": seed,
+        }
+        measured.rows.append({**about, **navigation_metrics(trace, twin)})
+        measured.cells.extend(forecast_cells(scored_forecasts(trace), trace.frame_dt, about))
         finished_one()
     if finished is not None:
-        finished.keep(task, rows)
-    return rows
+        finished.keep(task, measured)
+    return measured
 
 
 def record_episodes(task: Task, finished_one: Callable[[], None]) -> list[RecordedEpisode]:
@@ -143,17 +158,16 @@ def record_episodes(task: Task, finished_one: Callable[[], None]) -> list[Record
 
 def _run(
     config: EvaluationConfig, progress: Progress | None, finished: FinishedTasks | None
-) -> list[Row]:
-    """All rows, in the order in which the tasks were given out."""
+) -> list[Measured]:
+    """What the tasks measured, in the order in which they were given out."""
     tasks = _tasks(config)
     total = sum(len(task.seeds) for task in tasks)
-    outcomes = run_tasks(
+    return run_tasks(
         measure_episodes,
         [(task, finished) for task in tasks],
         workers=config.workers,
         progress=None if progress is None else lambda done: progress(done, total),
     )
-    return [row for rows in outcomes for row in rows]
 
 
 def _replays(config: EvaluationConfig, rows: Sequence[Row]) -> list[RecordedEpisode]:
@@ -168,9 +182,11 @@ def _replays(config: EvaluationConfig, rows: Sequence[Row]) -> list[RecordedEpis
 
 
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Writes `episodes.parquet` and `summary.json`, each whole or not at all."""
+    """Writes `episodes.parquet`, `forecast_errors.parquet` and `summary.json`, each whole."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomic(folder / "episodes.parquet", rows_as_parquet(evaluation.rows))
+    rows, cells = evaluation.rows, evaluation.cells
+    write_atomic(folder / "episodes.parquet", rows_as_parquet(rows, list(rows[0])))
+    write_atomic(folder / "forecast_errors.parquet", rows_as_parquet(cells, CELL_COLUMNS))
     text = json.dumps(evaluation.summary, indent=2, allow_nan=False) + "\n"
     write_atomic(folder / "summary.json", text.encode())
 

@@ -34,6 +34,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
                 if pooled:
                     sentences.append(_by_scenario(arm, other, scenarios))
     sentences += _forecast_sentences(group)
+    sentences += _distance_sentences(summary.get("forecast_errors", {}))
     return sentences + _dose_sentences(summary.get("dose_response", {}))
 
 
@@ -100,6 +101,30 @@ def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
     return [f"Closed-loop error at the end of the forecast horizon (FDE): {listed}."]
 
 
+def _distance_sentences(breakdown: Mapping[str, Any]) -> list[str]:
+    """Per arm, how far off forecasts are by distance, and whether their radii hold."""
+    if not breakdown:
+        return []
+    arms = (
+        breakdown[ALL_SCENARIOS] if ALL_SCENARIOS in breakdown else next(iter(breakdown.values()))
+    )
+    metric = METRICS["forecast_fde"]
+    sentences = []
+    for arm, entry in arms.items():
+        parts = [
+            f"{name.rstrip('-')} m{' and more' if name.endswith('-') else ''} "
+            f"{number(numbers['fde'], metric)}"
+            for name, numbers in entry["by_distance"].items()
+        ]
+        last = entry["by_step"][-1]
+        sentences.append(
+            f"{arm}, FDE by the distance to the robot when forecast: {_listed(parts)}; "
+            f"{share(last['coverage'])} of the positions {last['seconds']:g} s ahead "
+            "lay within the forecast's radius."
+        )
+    return sentences
+
+
 def _dose_sentences(correlations: Mapping[str, Any]) -> list[str]:
     """Whether the forecaster that errs more also drives worse; nothing with too few of them."""
     parts = [
@@ -118,6 +143,8 @@ def _dose_sentences(correlations: Mapping[str, Any]) -> list[str]:
 
 def share(entry: Mapping[str, Any]) -> str:
     """A proportion with its interval in percent."""
+    if entry["low"] is None:
+        return f"{100 * entry['mean']:.0f} %{_interval_text(entry, 100.0, '.0f')}"
     return f"{100 * entry['mean']:.0f} % [{100 * entry['low']:.0f}, {100 * entry['high']:.0f}]"
 
 

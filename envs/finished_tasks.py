@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from crowdsim.recordings.store import write_atomic
-from envs.episode_rows import Row, read_rows, rows_as_parquet
+from envs.episode_rows import Measured, read_rows, rows_as_parquet
+from envs.forecast_cells import CELL_COLUMNS
 from predictor.checkpoint import source_revision
 
 
 @dataclasses.dataclass(frozen=True)
 class FinishedTasks:
-    """A folder with the rows of every finished task, under a name that only this task has.
+    """A folder with what every finished task has measured, under a name that only it has.
 
     The name depends on the task, on the revision of the program, and on the content of the files
     that the task names (policies, checkpoints, scenarios), so that nothing stale is ever taken.
@@ -25,27 +26,34 @@ class FinishedTasks:
 
     folder: Path
 
-    def rows_of(self, task: Any) -> list[Row] | None:
-        """Returns the rows of a task, or None if it is not finished."""
-        path = self._path(task)
-        return read_rows(path) if path.exists() else None
+    def measured(self, task: Any) -> Measured | None:
+        """Returns what a task has measured, or None if it is not finished."""
+        path, cells = self._paths(task)
+        if not path.exists():
+            return None
+        return Measured(rows=read_rows(path), cells=read_rows(cells))
 
-    def keep(self, task: Any, rows: list[Row]) -> None:
-        """Keeps the rows of a task, whole or not at all."""
+    def keep(self, task: Any, measured: Measured) -> None:
+        """Keeps what a task has measured, whole or not at all."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_atomic(self._path(task), rows_as_parquet(rows))
+        path, cells = self._paths(task)
+        # The rows come last: a task is finished when they are there.
+        write_atomic(cells, rows_as_parquet(measured.cells, CELL_COLUMNS))
+        write_atomic(path, rows_as_parquet(measured.rows, list(measured.rows[0])))
 
     def forget(self) -> None:
         """Removes all of them."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _path(self, task: Any) -> Path:
+    def _paths(self, task: Any) -> tuple[Path, Path]:
+        """Files of the task's rows and of its cells."""
         fields = dataclasses.asdict(task)
         digest = hashlib.sha256(source_revision().encode())
         digest.update(json.dumps(fields, sort_keys=True, default=str).encode())
         for text in sorted(_texts(fields)):
             digest.update(_content(Path(text)))
-        return self.folder / f"{digest.hexdigest()[:32]}.parquet"
+        name = digest.hexdigest()[:32]
+        return self.folder / f"{name}.parquet", self.folder / f"{name}.cells.parquet"
 
 
 def _texts(value: Any) -> set[str]:

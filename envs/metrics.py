@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crowdsim.wayfinding import geodesic_field
+from envs.forecast_scores import scored_forecasts
 from envs.trace import Trace, TwinTrace
 
 Value: TypeAlias = bool | int | float | str | None
@@ -253,7 +254,7 @@ def forecast_errors(trace: Trace) -> dict[str, Value]:
         `forecast_ade`, `forecast_fde` [m], `forecast_count` of (step, pedestrian) pairs behind
         them, and `forecast_ms`, the mean wall time per step [ms].
     """
-    errors = forecast_step_errors(trace)
+    errors = scored_forecasts(trace).error
     count = len(errors)
     return {
         "forecast_ade": float(errors.mean()) if count else np.nan,
@@ -261,36 +262,6 @@ def forecast_errors(trace: Trace) -> dict[str, Value]:
         "forecast_count": count,
         "forecast_ms": _mean_of_finite(trace.forecast_seconds) * 1e3,
     }
-
-
-def forecast_step_errors(trace: Trace) -> Floats:
-    """(E, F) distance from each fully observed forecast to the truth, per forecast step [m]."""
-    if trace.forecast is None or trace.forecast_ids is None:
-        return np.empty((0, 0))
-    stride = round(trace.frame_dt / trace.dt)
-    forecast_steps = trace.forecast.shape[2]
-    steps = len(trace.position) - stride * forecast_steps
-    if steps <= 0 or trace.position.shape[1] == 0:
-        return np.empty((0, forecast_steps))
-    column = forecast_columns(trace)[:steps, :, None]  # (S, K, 1)
-    rows = np.arange(steps)[:, None, None] + stride * np.arange(1, forecast_steps + 1)
-    truth = trace.position[rows, column]  # (S, K, F, 2)
-    same = trace.ids[rows, column] == trace.forecast_ids[:steps, :, None]
-    stayed = (trace.valid[rows, column] & same).all(axis=-1) & (column[..., 0] >= 0)
-    errors: Floats = np.linalg.norm(trace.forecast[:steps] - truth, axis=-1)[stayed]
-    return errors
-
-
-def forecast_columns(trace: Trace) -> NDArray[np.int64]:
-    """(T, K) column of the pedestrian whom each forecast is for; -1 in an empty slot."""
-    if trace.forecast_ids is None:
-        return np.full((len(trace.ids), 0), -1)
-    if trace.ids.shape[1] == 0:
-        return np.full(trace.forecast_ids.shape, -1)
-    is_for = trace.forecast_ids[:, :, None] == trace.ids[:, None, :]  # (T, K, N)
-    is_for &= trace.valid[:, None, :]
-    columns: NDArray[np.int64] = np.where(is_for.any(axis=-1), is_for.argmax(axis=-1), -1)
-    return columns
 
 
 def _distance_to_segments(point: Floats, start: Floats, end: Floats) -> Floats:

@@ -120,9 +120,13 @@ def _state(worlds: Worlds, world: int, people: int) -> dict[str, Any]:
 
 
 def _perceived(percept: Percept, place: int) -> dict[str, Any]:
-    forecast = percept.forecast
+    outlook = percept.outlook
     return {
-        "forecast": None if forecast is None else forecast[place],
-        "forecast_ids": None if forecast is None else percept.observed.ids[place],
+        "forecast": None if outlook is None else outlook.position[place],
+        "forecast_ids": None if outlook is None else percept.observed.ids[place],
+        "forecast_radius": None if outlook is None else outlook.radius[place],
+        "forecast_frames_seen": (
+            None if outlook is None else percept.history_valid[place].sum(axis=-1)
+        ),
         "forecast_seconds": percept.forecast_seconds,
     }

@@ -143,7 +143,7 @@ def write_stress(result: Stress, folder: Path) -> None:
     text = json.dumps(result.table, indent=2, allow_nan=False) + "\n"
     write_atomic(folder / "stress.json", text.encode())
     write_atomic(folder / "stress.md", (stress_table(result.table) + "\n").encode())
-    write_atomic(folder / "episodes.parquet", rows_as_parquet(result.rows))
+    write_atomic(folder / "episodes.parquet", rows_as_parquet(result.rows, list(result.rows[0])))
     figure = stress_figure(result.table)
     for suffix in ("svg", "png"):
         sink = io.BytesIO()

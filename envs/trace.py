@@ -45,6 +45,8 @@ class Trace:
         clearance_wall: (T,) likewise to walls and obstacles; infinite on a map without any.
         forecast: (T, K, F, 2) forecasts made at each row for the observed pedestrians, or None.
         forecast_ids: (T, K) whom they are for, -1 where the slot is empty, or None.
+        forecast_radius: (T, K, F) within which 9 in 10 are expected of the forecast [m], or None.
+        forecast_frames_seen: (T, K) frames of history that each forecast was made from, or None.
         forecast_seconds: (T,) wall-clock time that the forecaster took for this row's forecasts,
             shared evenly by the worlds of the batch [s]; 0 without a forecaster.
         social_work: (T,) social force on the robot plus those that the robot exerts on people,
@@ -77,6 +79,8 @@ class Trace:
     clearance_wall: NDArray[np.float64]
     forecast: NDArray[np.float64] | None
     forecast_ids: NDArray[np.int64] | None
+    forecast_radius: NDArray[np.float64] | None
+    forecast_frames_seen: NDArray[np.int64] | None
     forecast_seconds: NDArray[np.float64]
     social_work: NDArray[np.float64]
     rewards: dict[str, NDArray[np.float64]]

@@ -11,6 +11,7 @@ from typing import Any
 from crowdsim.recordings.store import write_atomic
 from envs.evaluation import Evaluation
 from envs.report import plots, tables
+from envs.report.forecast_section import forecast_section
 from envs.report.records import player_records
 
 CAUTION = (
@@ -61,6 +62,7 @@ def build_report(evaluation: Evaluation, out: Path) -> Path:
         "arm_legend": _legend(colors),
         "metric_plot": plots.metric_plot(summary),
         "differences": _differences(summary),
+        "forecasts": forecast_section(summary, colors),
         "tables": _tables(summary, colors),
         "protocol": f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in PROTOCOL)}</ul>",
         "definitions": tables.definitions(),

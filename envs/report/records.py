@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.map import Map
 from crowdsim.render import render_map
-from envs.metrics import forecast_columns
+from envs.forecast_scores import forecast_columns
 from envs.replays import RecordedEpisode
 from envs.trace import Trace
 

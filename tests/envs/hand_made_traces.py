@@ -27,6 +27,7 @@ def make_trace(robot: np.ndarray, people: list[np.ndarray], **changes: Any) -> T
     robot_velocity = np.gradient(robot, DT, axis=0)
     distance = np.linalg.norm(position - robot[:, None], axis=-1)
     clearance = distance - ROBOT_RADIUS - PEDESTRIAN_RADIUS
+    forecast = changes.get("forecast")
     fields: dict[str, Any] = {
         "scenario": open_scenario(count, robot[0], robot[-1]),
         "world_seed": np.random.SeedSequence(0),
@@ -51,6 +52,8 @@ def make_trace(robot: np.ndarray, people: list[np.ndarray], **changes: Any) -> T
         "clearance_wall": np.full(steps, np.inf),
         "forecast": None,
         "forecast_ids": None,
+        "forecast_radius": None if forecast is None else np.zeros(forecast.shape[:3]),
+        "forecast_frames_seen": None if forecast is None else np.full(forecast.shape[:2], 8),
         "forecast_seconds": np.zeros(steps),
         "social_work": np.zeros(steps),
         "rewards": {},

@@ -11,7 +11,7 @@ import envs.evaluation
 import envs.finished_tasks
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
 from envs.config import make_config
-from envs.episode_rows import Row
+from envs.episode_rows import Measured, Row, read_rows
 from envs.evaluation import Evaluation, Task, evaluate, write_evaluation
 from envs.finished_tasks import FinishedTasks
 from envs.metric_table import METRICS
@@ -118,7 +118,7 @@ def test_an_interrupted_evaluation_goes_on_where_it_stopped(
     config = small_config(width=3)
     with pytest.raises(KeyboardInterrupt):
         evaluate(config, progress=stop_after, finished=finished)
-    assert len(list(finished.folder.iterdir())) == 2
+    assert len(list(finished.folder.glob("*.cells.parquet"))) == 2
 
     simulated = []
 
@@ -129,6 +129,7 @@ def test_an_interrupted_evaluation_goes_on_where_it_stopped(
     monkeypatch.setattr(envs.evaluation, "run_episodes", watched)
     resumed = evaluate(config, finished=finished)
     assert comparable(resumed.rows) == comparable(evaluation.rows)
+    assert resumed.cells == evaluation.cells
     measured, replayed = simulated[:2], simulated[2:]
     assert sorted(measured) == [("circular_crossing", "none"), ("narrow_doorway", "none")]
     assert len(replayed) == 4
@@ -148,11 +149,11 @@ def test_other_tasks_are_not_taken_for_finished(tmp_path: Path) -> None:
         return Task(**(fields | {"environment": environment, "seeds": (0, 1)} | changes))
 
     row: Row = {"scenario": "s", "seed": 3, "success": True, "time_to_goal": np.nan}
-    finished.keep(task(), [row])
-    assert str(finished.rows_of(task())) == str([row])
-    assert finished.rows_of(task(seeds=(0, 2))) is None
+    finished.keep(task(), Measured(rows=[row], cells=[]))
+    assert str(finished.measured(task())) == str(Measured(rows=[row], cells=[]))
+    assert finished.measured(task(seeds=(0, 2))) is None
     (policy / "weights").write_bytes(b"2")
-    assert finished.rows_of(task()) is None
+    assert finished.measured(task()) is None
 
 
 def test_the_crowd_is_compared_with_its_twin(evaluation: Evaluation) -> None:
@@ -203,8 +204,29 @@ def test_written_results_read_back(evaluation: Evaluation, tmp_path: Path) -> No
     assert summary["scenarios"][ALL_SCENARIOS]["arms"]["straight/none"]["n"] == 6
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "episodes.parquet",
+        "forecast_errors.parquet",
         "summary.json",
     ]
+
+
+def test_written_forecast_errors_add_up_to_the_rows(evaluation: Evaluation, tmp_path: Path) -> None:
+    write_evaluation(evaluation, tmp_path / "out")
+    cells = read_rows(tmp_path / "out" / "forecast_errors.parquet")
+    assert cells == evaluation.cells
+    judged = [row for row in evaluation.rows if row["forecast_count"]]
+    assert judged
+    for row in judged:
+        own = [
+            cell
+            for cell in cells
+            if all(cell[key] == row[key] for key in ("scenario", "arm", "seed"))
+        ]
+        last = max(int(cell["step"]) for cell in own)
+        ends = [cell for cell in own if cell["step"] == last]
+        assert sum(cell["n"] for cell in ends) == row["forecast_count"]
+        total = sum(cell["error_sum"] for cell in ends)
+        assert total / row["forecast_count"] == pytest.approx(row["forecast_fde"])
+    assert {cell["arm"] for cell in cells} == {"straight/constant_velocity"}
 
 
 def test_replays_are_of_all_arms_from_one_seed(evaluation: Evaluation) -> None:

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from hand_made_traces import DT, make_trace, make_twin, walk
 
+from envs.forecast_scores import scored_forecasts
 from envs.metric_table import METRICS, aggregate_name
 from envs.metrics import (
     COLLISION_COURSE_LIMIT,
     distance_to_true_paths,
-    forecast_step_errors,
     navigation_metrics,
     pedestrian_delay,
     pedestrian_displacement,
@@ -193,7 +193,7 @@ def test_forecast_errors_pair_each_step_with_the_truth_at_its_time() -> None:
     trace = make_trace(
         ROBOT, [BYSTANDER, person], forecast=forecast, forecast_ids=np.ones((26, 1), np.int64)
     )
-    errors = forecast_step_errors(trace)
+    errors = scored_forecasts(trace).error
     assert errors.shape == (26 - 6, 3)
     np.testing.assert_allclose(errors, 0.1)
     row = navigation_metrics(trace)
@@ -207,7 +207,7 @@ def test_forecasts_of_people_who_leave_do_not_count() -> None:
     ids = np.where(np.arange(11) < 6, 0, 9)[:, None]  # somebody else from row 6 on
     trace = make_trace(ROBOT[:11], [person], forecast=forecast, forecast_ids=forecast_ids, ids=ids)
     # Two frames of 0.4 s are 4 rows: only rows 0 and 1 end before row 6.
-    assert len(forecast_step_errors(trace)) == 2
+    assert len(scored_forecasts(trace).error) == 2
 
 
 def test_forecasts_of_nobody_have_no_error() -> None:

@@ -1,4 +1,5 @@
 import base64
+import dataclasses
 import json
 import re
 import zlib
@@ -13,8 +14,12 @@ from hand_made_traces import DT, make_trace, walk
 from crowdsim.map import Map
 from crowdsim.recordings import Picture
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.episode_rows import Row
 from envs.evaluation import Evaluation
 from envs.findings import findings
+from envs.forecast_breakdown import forecast_breakdown
+from envs.forecast_cells import forecast_cells
+from envs.forecast_scores import scored_forecasts
 from envs.metrics import navigation_metrics
 from envs.replays import RecordedEpisode
 from envs.report import build_report, write_picture, write_video
@@ -49,6 +54,7 @@ def evaluation() -> Evaluation:
         seeds=(0, 1, 2, 3),
     )
     rows, recorded = [], []
+    cells: list[Row] = []
     for choice in config.scenarios:
         for arm in config.arms:
             for seed in config.seeds:
@@ -60,15 +66,17 @@ def evaluation() -> Evaluation:
                 )
                 keys = {"scenario": choice.name, "arm": arm.name, "seed": seed}
                 rows.append({**keys, **navigation_metrics(trace)})
+                cells += forecast_cells(scored_forecasts(trace), trace.frame_dt, keys)
                 if seed == 1:
                     recorded.append(RecordedEpisode(**keys, trace=trace))
     summary = {
         "run": {"command": "crowdnav evaluate --seeds 4", "episodes": len(rows)},
         "config": {"note": "</script><b>"},
         **summarize(rows, reference="straight/none"),
+        "forecast_errors": forecast_breakdown(cells),
     }
     summary["findings"] = findings(summary)
-    return Evaluation(config=config, rows=rows, summary=summary, recorded=recorded)
+    return Evaluation(config=config, rows=rows, cells=cells, summary=summary, recorded=recorded)
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +144,25 @@ def test_names_and_configuration_cannot_break_the_page(page: Path) -> None:
     assert "</script><b>" not in text
     assert json.loads(embedded_json({"a": "</script>"})) == {"a": "</script>"}
     assert "</script>" not in embedded_json({"a": "</script>"})
+
+
+def test_the_section_on_forecasts_names_bins_and_coverage(
+    page: Path, evaluation: Evaluation
+) -> None:
+    text = page.read_text()
+    section = text[text.index('id="forecasts"') : text.index('id="tables"')]
+    assert "Forecast error and coverage by time ahead" in section
+    assert "8 and more" in section  # frames of history that hand-made forecasts are made from
+    assert "straight/none" not in section  # has no forecasts
+    said = [line for line in evaluation.summary["findings"] if "FDE by the distance" in line]
+    assert len(said) == 1
+    assert said[0].startswith("mppi/constant_velocity")
+
+
+def test_without_forecasts_there_is_no_section(evaluation: Evaluation, tmp_path: Path) -> None:
+    summary = {**evaluation.summary, "forecast_errors": {}}
+    bare = dataclasses.replace(evaluation, summary=summary, recorded=[])
+    assert 'id="forecasts"' not in build_report(bare, tmp_path / "report.html").read_text()
 
 
 def test_the_tables_count_every_arm_and_say_what_they_show(
