@@ -75,7 +75,7 @@ class Dynamics:
         Returns:
             What happened, and how often somebody had to be held back from crossing a wall.
         """
-        passage = Passage.begin(len(commands), self.bodies, self.clearances())
+        passage = Passage.of(len(commands), len(self.bodies))
         advance = self._free_steps if self._is_free else self._steps_by_parts
         noise = self._noise(len(commands), rng)
         step, held = advance(0, steps_before, commands, noise, passage), 0
@@ -169,6 +169,8 @@ class Dynamics:
         passage: Passage,
     ) -> int:
         """Do the same in more calls."""
+        if first == 0:
+            passage.note(0, self.bodies, self.clearances())
         for step in range(first, len(commands)):
             if self.robot is not None:
                 vx, vy = commands[step]

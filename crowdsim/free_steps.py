@@ -74,7 +74,8 @@ def free_steps(
         next_id: what `Routes.advance` keeps.
         commands: `(S, 2)` velocities that the robot wants [m/s].
         noise: `(S, N, 2)` standard normal draws.
-        states: `(S + 1, M, 4)` where bodies are written after each step.
+        states: `(S + 1, M, 4)` where bodies are written, as they are if `first` is 0, and after
+            each step.
         clearances: `(S + 1, 2)` where those of the robot are written, as `robot_clearances` has
             them.
         has_robot: whether the last body is one.
@@ -113,6 +114,8 @@ def free_steps(
     Returns:
         Number of the step that is left to the solver, S if all are made; and the next unused id.
     """
+    if first == 0:
+        _note(bodies, radius, present, walls, has_robot, states[0], clearances[0])
     for step in range(first, len(commands)):
         if has_robot:
             follow(bodies[-1], commands[step, 0], commands[step, 1], robot_change)
@@ -162,8 +165,21 @@ def free_steps(
             start_velocity,
             on_arrival,
         )
-        states[step + 1] = bodies
-        clearances[step + 1] = np.inf
-        if has_robot:
-            clearances[step + 1] = robot_clearances(bodies, radius, present, walls)
+        _note(bodies, radius, present, walls, has_robot, states[step + 1], clearances[step + 1])
     return len(commands), next_id
+
+
+@njit(cache=True, error_model="numpy")
+def _note(
+    bodies: FloatArray,
+    radius: FloatArray,
+    present: BoolArray,
+    walls: FloatArray,
+    has_robot: bool,
+    state: FloatArray,
+    clearance: FloatArray,
+) -> None:
+    state[:] = bodies
+    clearance[:] = np.inf
+    if has_robot:
+        clearance[0], clearance[1] = robot_clearances(bodies, radius, present, walls)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Passage:
+class Passage(NamedTuple):
     """S steps in a row.
 
     Attributes:
@@ -26,11 +25,9 @@ class Passage:
     clearances: FloatArray
 
     @classmethod
-    def begin(cls, steps: int, bodies: FloatArray, clearances: tuple[float, float]) -> Passage:
-        """Take down how it begins; `note` is for what follows."""
-        passage = cls(np.empty((steps + 1, *bodies.shape)), np.empty((steps + 1, 2)))
-        passage.note(0, bodies, clearances)
-        return passage
+    def of(cls, steps: int, bodies: int) -> Passage:
+        """Make room for so many steps of so many bodies."""
+        return cls(np.empty((steps + 1, bodies, 4)), np.empty((steps + 1, 2)))
 
     @classmethod
     def joined(cls, passages: Sequence[Passage]) -> Passage:
