@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from crowdsim.recordings import Recording
 from predictor.config import NetworkConfig
 from predictor.crops import crop_maps
-from predictor.inputs import AgentInputs, inputs_around, nearest, seen_along
+from predictor.inputs import AgentInputs, inputs_around, seen_along
+from predictor.neighbors import nearest
 from predictor.scenes import Scene, scenes
 
 

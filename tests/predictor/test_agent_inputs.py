@@ -10,9 +10,9 @@ from predictor.inputs import (
     agent_direction,
     build_inputs,
     last_step,
-    nearest,
     to_world,
 )
+from predictor.neighbors import nearest
 from predictor.scenes import scenes
 
 PATCH = ModelConfig(variant="patch")
