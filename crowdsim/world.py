@@ -24,7 +24,7 @@ from crowdsim.orca import Orca
 from crowdsim.passage import Passage
 from crowdsim.playback import Playback
 from crowdsim.robot_body import RobotBody, wanted_velocity
-from crowdsim.routes import Routes
+from crowdsim.routes import Routes, park
 from crowdsim.snapshot import Snapshot, Stateful, fingerprint
 from crowdsim.starts import draw_awareness, planned_routes, starting_bodies
 
@@ -209,6 +209,20 @@ class World:
             setattr(twin, name, copy.copy(getattr(self, name)))
         twin._solid = self._solid.another()
         twin.restore(self.snapshot())
+        return twin
+
+    def without_robot(self) -> World:
+        """Fork this world and take the robot out of the fork, where nobody meets it any more.
+
+        Raises:
+            ValueError: if there is no robot.
+        """
+        self._robot_row()
+        twin = self.fork()
+        robot = self._count
+        twin._present[robot] = False
+        park(twin._bodies, robot)
+        twin._look_at_state()
         return twin
 
     @property

@@ -67,6 +67,7 @@ class EvaluationConfig:
         environment: Keywords of `CrowdNavConfig` for all arms.
         workers: Processes; they change how long it takes and nothing else.
         width: Episodes side by side in a process; likewise.
+        twins: Whether forecast errors are split by twin rollouts (`envs.robot_part`).
         replays: Seeds per scenario whose episodes the report plays.
         replay_candidates: Number of first seeds those are chosen among.
         statistics_seed: Seeds the bootstrap.
@@ -83,6 +84,7 @@ class EvaluationConfig:
     environment: Mapping[str, Any] = field(default_factory=dict)
     workers: int = 1
     width: int = 8
+    twins: bool = False
     replays: int = 1
     replay_candidates: int = 6
     statistics_seed: int = 0

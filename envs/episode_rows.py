@@ -25,7 +25,7 @@ _TEXT = (
     "distance",
     "frames_seen",
 )
-_COUNTS = ("seed", "failure_to_progress", "forecast_count", "step", "n", "within_radius")
+_COUNTS = ("seed", "failure_to_progress", "forecast_count", "step", "n", "within_radius", "twin_n")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,7 +26,6 @@ from envs.findings import findings
 from envs.finished_tasks import FinishedTasks
 from envs.forecast_breakdown import forecast_breakdown
 from envs.forecast_cells import CELL_COLUMNS, forecast_cells
-from envs.forecast_scores import scored_forecasts
 from envs.forecasters import make_world_forecaster
 from envs.metrics import DELAY_AHEAD, navigation_metrics
 from envs.policies import make_policy
@@ -74,6 +73,7 @@ class Task:
     policy: str
     seeds: tuple[int, ...]
     width: int
+    twins: bool = False
 
 
 def evaluate(
@@ -128,7 +128,9 @@ def measure_episodes(
             finished_one()
         return kept
     measured = Measured(rows=[], cells=[])
-    for seed, trace in run_episodes(task.environment, task.policy, task.seeds, task.width):
+    for seed, trace in run_episodes(
+        task.environment, task.policy, task.seeds, task.width, branched=task.twins
+    ):
         reacts = trace.scenario.replay is None
         twin = run_twin(trace, longer=DELAY_AHEAD) if reacts else None
         about: Row = {
@@ -140,7 +142,7 @@ def measure_episodes(
             "seed": seed,
         }
         measured.rows.append({**about, **navigation_metrics(trace, twin)})
-        measured.cells.extend(forecast_cells(scored_forecasts(trace), trace.frame_dt, about))
+        measured.cells.extend(forecast_cells(trace, about))
         finished_one()
     if finished is not None:
         finished.keep(task, measured)
@@ -225,6 +227,7 @@ def _task(
         policy=arm.policy,
         seeds=seeds,
         width=config.width,
+        twins=config.twins,
     )
 
 

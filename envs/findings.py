@@ -35,6 +35,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
                     sentences.append(_by_scenario(arm, other, scenarios))
     sentences += _forecast_sentences(group)
     sentences += _distance_sentences(summary.get("forecast_errors", {}))
+    sentences += _robot_sentences(summary.get("forecast_errors", {}))
     return sentences + _dose_sentences(summary.get("dose_response", {}))
 
 
@@ -103,14 +104,9 @@ def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
 
 def _distance_sentences(breakdown: Mapping[str, Any]) -> list[str]:
     """Per arm, how far off forecasts are by distance, and whether their radii hold."""
-    if not breakdown:
-        return []
-    arms = (
-        breakdown[ALL_SCENARIOS] if ALL_SCENARIOS in breakdown else next(iter(breakdown.values()))
-    )
     metric = METRICS["forecast_fde"]
     sentences = []
-    for arm, entry in arms.items():
+    for arm, entry in _pooled(breakdown).items():
         parts = [
             f"{name.rstrip('-')} m{' and more' if name.endswith('-') else ''} "
             f"{number(numbers['fde'], metric)}"
@@ -123,6 +119,31 @@ def _distance_sentences(breakdown: Mapping[str, Any]) -> list[str]:
             "lay within the forecast's radius."
         )
     return sentences
+
+
+def _robot_sentences(breakdown: Mapping[str, Any]) -> list[str]:
+    """Per arm, how much of its forecast error the robot caused; nothing without twins."""
+    metric = METRICS["forecast_fde"]
+    sentences = []
+    for arm, entry in _pooled(breakdown).items():
+        for last in entry["robot_part"][-1:]:
+            sentences.append(
+                f"{arm}, {last['seconds']:g} s ahead: of an error of "
+                f"{number(last['error'], metric)} the forecast would have made "
+                f"{number(last['model_error'], metric)} without a robot; the robot moved people by "
+                f"{number(last['displacement'], metric)} and changed the error by "
+                f"{difference_text(last['caused'], metric)} (n = {last['error']['n']} forecasts)."
+            )
+    return sentences
+
+
+def _pooled(breakdown: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The arms of all scenarios together, or of the only one; none without forecasts."""
+    if not breakdown:
+        return {}
+    scenario = ALL_SCENARIOS if ALL_SCENARIOS in breakdown else next(iter(breakdown))
+    arms: Mapping[str, Any] = breakdown[scenario]
+    return arms
 
 
 def _dose_sentences(correlations: Mapping[str, Any]) -> list[str]:

@@ -18,6 +18,15 @@ from envs.summary import ALL_SCENARIOS, as_json
 Cell = Mapping[str, Value]
 Floats = NDArray[np.float64]
 
+PARTS = {
+    "error": "twin_error_sum",
+    "model_error": "model_error_sum",
+    "caused": "caused_sum",
+    "displacement": "displacement_sum",
+    "standing_displacement": "standing_displacement_sum",
+}
+"""What forecast errors are split into, and the sums of each."""
+
 
 def forecast_breakdown(cells: Sequence[Cell], seed: int = 0) -> dict[str, Any]:
     """Means per scenario and arm, those without forecasts left out.
@@ -30,7 +39,9 @@ def forecast_breakdown(cells: Sequence[Cell], seed: int = 0) -> dict[str, Any]:
         `{scenario: {arm: {"episodes", "by_step": [{"seconds", "error", "coverage"}], "by_distance":
         {bin: {"ade", "fde", "coverage"}}, "by_frames_seen": likewise}}}`, each number as
         `{"mean", "low", "high", "n"}` with `n` forecasts; a bin that holds none is left out. The
-        scenario `all` pools the others.
+        scenario `all` pools the others. With twins each arm also has `robot_part`, per step the
+        `error` of the forecasts that were split, their `model_error`, `displacement` and
+        `standing_displacement`, and `caused`, the error less the model's; without, it is empty.
     """
     groups: dict[str, dict[str, list[Cell]]] = {}
     for cell in cells:
@@ -86,6 +97,7 @@ def _of_arm(cells: Sequence[Cell], seed: int) -> dict[str, Any]:
             }
             for seconds in steps
         ],
+        "robot_part": table.robot_part(steps),
         "by_distance": table.by("distance", DISTANCES, steps[-1]),
         "by_frames_seen": table.by("frames_seen", FRAMES_SEEN, steps[-1]),
     }
@@ -98,15 +110,32 @@ class _Table:
         place = {episode: index for index, episode in enumerate(episodes)}
         self._episode = np.array([place[cell["scenario"], cell["seed"]] for cell in cells])
         self._columns = {key: np.array([cell[key] for cell in cells]) for key in cells[0]}
+        columns = self._columns
+        columns["caused_sum"] = columns["twin_error_sum"] - columns["model_error_sum"]
         self._episodes, self._seed = len(episodes), seed
 
-    def mean(self, sums: str, where: Mapping[str, Value]) -> dict[str, Any]:
-        """Mean over the cells that have those values."""
+    def mean(self, sums: str, where: Mapping[str, Value], count: str = "n") -> dict[str, Any]:
+        """Mean over the cells that have those values, of what the column `count` counts."""
         chosen = np.ones(len(self._episode), dtype=np.bool_)
         for key, value in where.items():
             chosen &= self._columns[key] == value
-        totals, counts = self._per_episode(sums, chosen), self._per_episode("n", chosen)
+        totals, counts = self._per_episode(sums, chosen), self._per_episode(count, chosen)
         return as_json(mean_of_sums(totals, counts, np.random.default_rng(self._seed)))
+
+    def robot_part(self, steps: Sequence[float]) -> list[dict[str, Any]]:
+        """Means of the error's parts per step; nothing where there were no twins."""
+        if not self._columns["twin_n"].any():
+            return []
+        return [
+            {
+                "seconds": seconds,
+                **{
+                    name: self.mean(sums, {"seconds": seconds}, "twin_n")
+                    for name, sums in PARTS.items()
+                },
+            }
+            for seconds in steps
+        ]
 
     def by(self, column: str, bins: Sequence[str], last: float) -> dict[str, Any]:
         """Means per bin of a column; `last` are the seconds of the last step."""

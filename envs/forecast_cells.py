@@ -5,12 +5,15 @@ together, and divided by their counts the exact mean.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.forecast_scores import ScoredForecasts
+from envs.forecast_scores import ScoredForecasts, scored_forecasts
 from envs.metrics import Value
+from envs.robot_part import RobotPart, robot_part
+from envs.trace import Trace
 
 DISTANCES = ("0-2", "2-4", "4-8", "8-")
 """Bins of the distance to the robot when the forecast was made, surface to surface [m]."""
@@ -38,42 +41,53 @@ CELL_COLUMNS = (
     "n",
     "error_sum",
     "within_radius",
+    "twin_n",
+    "twin_error_sum",
+    "model_error_sum",
+    "displacement_sum",
+    "standing_displacement_sum",
 )
 """Columns of `forecast_errors.parquet`: one row per episode, bin and step that hold a forecast."""
 
 
-def forecast_cells(
-    scored: ScoredForecasts, frame_dt: float, about: Mapping[str, Value]
-) -> list[dict[str, Value]]:
+def forecast_cells(trace: Trace, about: Mapping[str, Value]) -> list[dict[str, Value]]:
     """Sums one episode's forecast errors by bin and step.
 
     Args:
-        scored: The forecasts.
-        frame_dt: Time between their steps [s].
+        trace: What happened.
         about: The columns that name the episode.
 
     Returns:
         One row for each pair of bins that holds a forecast and each step, with `distance` and
         `frames_seen` (names of the bins), `step` from 1 and its `seconds`, `n` forecasts, the sum
-        of their errors `error_sum` [m] and how many came true `within_radius`.
+        of their errors `error_sum` [m] and how many came true `within_radius`; and of the
+        `twin_n` forecasts that `envs.robot_part` splits, the sums of the error and its parts [m].
     """
+    scored = scored_forecasts(trace)
+    sums_of = _sums(scored, robot_part(trace, scored))
     rows: list[dict[str, Value]] = []
     distance = np.searchsorted(DISTANCE_EDGES, scored.distance, side="right")
     frames = np.searchsorted(FRAMES_EDGES, scored.frames_seen, side="right")
     for near, seen in sorted(set(zip(distance.tolist(), frames.tolist(), strict=True))):
         chosen = (distance == near) & (frames == seen)
         bins: dict[str, Value] = {"distance": DISTANCES[near], "frames_seen": FRAMES_SEEN[seen]}
-        for step, sums in enumerate(_sums_per_step(scored, chosen), start=1):
-            rows.append({**about, **bins, "step": step, "seconds": step * frame_dt, **sums})
+        for index in range(scored.error.shape[1]):
+            when: dict[str, Value] = {"step": index + 1, "seconds": (index + 1) * trace.frame_dt}
+            sums = {key: values[chosen, index].sum().item() for key, values in sums_of.items()}
+            rows.append({**about, **bins, **when, **sums})
     return rows
 
 
-def _sums_per_step(scored: ScoredForecasts, chosen: NDArray[np.bool_]) -> list[dict[str, Value]]:
-    """Count and sums of the chosen forecasts (E,), step by step."""
-    error = scored.error[chosen].sum(axis=0).tolist()
-    within = scored.within[chosen].sum(axis=0).tolist()
-    count = int(chosen.sum())
-    return [
-        {"n": count, "error_sum": total, "within_radius": inside}
-        for total, inside in zip(error, within, strict=True)
-    ]
+def _sums(scored: ScoredForecasts, part: RobotPart) -> dict[str, NDArray[Any]]:
+    """What is summed up, each (E, F), under the names of the sums."""
+    known = np.broadcast_to(part.known[:, None], scored.error.shape)
+    return {
+        "n": np.ones(scored.error.shape, dtype=np.int64),
+        "error_sum": scored.error,
+        "within_radius": scored.within,
+        "twin_n": known,
+        "twin_error_sum": scored.error * known,
+        "model_error_sum": part.model_error,
+        "displacement_sum": part.displacement,
+        "standing_displacement_sum": part.standing_displacement,
+    }

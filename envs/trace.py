@@ -54,6 +54,7 @@ class Trace:
         rewards: Named terms of the reward, each (T,), weighted; 0 in row 0.
         termination_reason: Why the episode ended.
         collision_role: On contact with a person, who moved faster toward the other; else None.
+        branches: What else might have happened from some rows on; empty unless asked for.
     """
 
     scenario: Scenario
@@ -86,6 +87,7 @@ class Trace:
     rewards: dict[str, NDArray[np.float64]]
     termination_reason: TerminationReason
     collision_role: CollisionRole | None
+    branches: "tuple[Branch, ...]" = ()
 
     @property
     def duration(self) -> float:
@@ -95,7 +97,7 @@ class Trace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TwinTrace:
-    """The same crowd in the same world without the robot, at the same clock as its `Trace`.
+    """The same crowd in the same world with another robot or none, T rows.
 
     Attributes:
         dt: Time between rows [s].
@@ -110,3 +112,20 @@ class TwinTrace:
     velocity: NDArray[np.float64]
     valid: NDArray[np.bool_]
     ids: NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Branch:
+    """Where people would have gone from one row of a trace on, had the robot not driven on.
+
+    Row k of each twin is k + 1 forecast steps later; both have the columns of the trace.
+
+    Attributes:
+        row: Row of the trace that the twins branch off from, in the same state in every respect.
+        absent: The robot is gone.
+        standing: The robot brakes and stands.
+    """
+
+    row: int
+    absent: TwinTrace
+    standing: TwinTrace

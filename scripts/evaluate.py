@@ -16,6 +16,7 @@ def evaluate(
     seeds: Seeds = Seeds(20),
     environment: dict[str, Any] | None = None,
     reference: str = "",
+    twins: bool = False,
     workers: PositiveInt = 1,
     resume: bool = False,
     out: Path = Path("runs/evaluate"),
@@ -37,6 +38,8 @@ def evaluate(
         environment: Keywords of the environment for all arms, such as {"robot": "holonomic"}.
         reference: Arm that differences are taken against, such as `mppi/none`; the first one if
             empty.
+        twins: Split forecast errors into the model's own and what the robot caused, by rolling the
+            crowd on from every 4.8 s without the robot and with one that stands.
         workers: Processes, one thread each; no result depends on their number.
         resume: Go on where an interrupted run with the same options stopped.
         out: Folder of the results.
@@ -59,6 +62,7 @@ def evaluate(
         seeds=tuple(seed + each for each in seeds),
         reference=reference,
         environment={} if environment is None else environment,
+        twins=twins,
         workers=workers,
         statistics_seed=seed,
     )

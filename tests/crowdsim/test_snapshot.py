@@ -186,6 +186,20 @@ def test_a_fork_goes_its_own_way_beside_the_original():
     assert bits(fork) != expected
 
 
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_fork_without_the_robot_leaves_the_original_as_it_is(name):
+    original = world(SCENARIOS[name]())
+    run(original, 20)
+    expected = run(original.fork(), 50)
+    gone = original.without_robot()
+    assert gone.valid.tolist() == original.valid.tolist()
+    for _ in range(50):
+        gone.step()
+    assert gone.robot_clearance > 1000
+    assert not gone.robot_contact
+    assert run(original, 50) == expected
+
+
 def test_another_process_continues_a_snapshot():
     running = world(packed(5))
     run(running, 200)

@@ -122,9 +122,9 @@ def test_an_interrupted_evaluation_goes_on_where_it_stopped(
 
     simulated = []
 
-    def watched(environment: Any, policy: str, seeds: tuple[int, ...], width: int) -> Any:
+    def watched(environment: Any, *arguments: Any, **options: Any) -> Any:
         simulated.append((environment.scenario, environment.forecaster))
-        return run_episodes(environment, policy, seeds, width)
+        return run_episodes(environment, *arguments, **options)
 
     monkeypatch.setattr(envs.evaluation, "run_episodes", watched)
     resumed = evaluate(config, finished=finished)

@@ -8,7 +8,6 @@ from hand_made_traces import make_trace, walk
 
 from envs.forecast_breakdown import forecast_breakdown, mean_of_sums
 from envs.forecast_cells import CELL_COLUMNS, forecast_cells
-from envs.forecast_scores import scored_forecasts
 from envs.metrics import navigation_metrics
 from envs.trace import Trace
 
@@ -42,7 +41,7 @@ def known_errors(radius: float = 0.2, frames_seen: tuple[int, int] = (8, 2)) -> 
 
 
 def cells_of(trace: Trace, **about: Any) -> list[dict[str, Any]]:
-    return forecast_cells(scored_forecasts(trace), trace.frame_dt, ABOUT | about)
+    return forecast_cells(trace, ABOUT | about)
 
 
 def test_known_errors_fall_into_their_bins() -> None:

@@ -19,7 +19,6 @@ from envs.evaluation import Evaluation
 from envs.findings import findings
 from envs.forecast_breakdown import forecast_breakdown
 from envs.forecast_cells import forecast_cells
-from envs.forecast_scores import scored_forecasts
 from envs.metrics import navigation_metrics
 from envs.replays import RecordedEpisode
 from envs.report import build_report, write_picture, write_video
@@ -66,7 +65,7 @@ def evaluation() -> Evaluation:
                 )
                 keys = {"scenario": choice.name, "arm": arm.name, "seed": seed}
                 rows.append({**keys, **navigation_metrics(trace)})
-                cells += forecast_cells(scored_forecasts(trace), trace.frame_dt, keys)
+                cells += forecast_cells(trace, keys)
                 if seed == 1:
                     recorded.append(RecordedEpisode(**keys, trace=trace))
     summary = {
@@ -151,8 +150,9 @@ def test_the_section_on_forecasts_names_bins_and_coverage(
 ) -> None:
     text = page.read_text()
     section = text[text.index('id="forecasts"') : text.index('id="tables"')]
-    assert "Forecast error and coverage by time ahead" in section
+    assert "Forecasts by time ahead: error and coverage" in section
     assert "8 and more" in section  # frames of history that hand-made forecasts are made from
+    assert "What the robot itself caused" not in section  # no twins were asked for
     assert "straight/none" not in section  # has no forecasts
     said = [line for line in evaluation.summary["findings"] if "FDE by the distance" in line]
     assert len(said) == 1
