@@ -16,6 +16,9 @@ from envs.policies.scenes import SceneReader, to_actions
 
 Floats = NDArray[np.float64]
 
+CHANCE = 0.5
+"""Share of a forecast's radius that is left alone; measured in docs/environment.md."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MPPIParameters:
@@ -40,7 +43,7 @@ class MPPIParameters:
     noise: float = 0.8
     noise_time: float = 1.0
     seed: int = 0
-    costs: Costs = field(default_factory=Costs)
+    costs: Costs = field(default_factory=lambda: Costs(chance=CHANCE))
 
     def __post_init__(self) -> None:
         if self.samples < 3:
