@@ -26,7 +26,8 @@ def evaluate(
     """Run every policy with every forecaster in every scenario and compare them on common seeds.
 
     Writes `report.html` (open it in a browser, no network needed), `episodes.parquet` with one row
-    per episode, and `summary.json` with means, intervals and paired differences.
+    per episode, `forecast_errors.parquet` with forecast errors by distance, history and step, and
+    `summary.json` with means, intervals and paired differences.
 
     Args:
         policies: `straight`, `mppi`, or folders written by `crowdnav train-policy`.
