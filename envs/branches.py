@@ -5,18 +5,23 @@ from envs.trace import Branch
 from envs.twin import branch_off
 
 INTERVAL = 4.8
-"""Episodes are branched off at their start and this often [s]; each branch costs two rollouts."""
+"""Episodes are branched off when histories can be full and this often [s] from then on.
+
+Not at the start, where forecasts know a single frame: each episode would count one such moment.
+"""
 
 
 class Branches:
-    """Branches off W running episodes at every `INTERVAL`, where forecasts are made.
+    """Branches off W running episodes at every `INTERVAL`, for two rollouts each.
 
     Recorded people react to nobody: replays have no branches.
     """
 
     def __init__(self, episodes: Episodes):
         self._episodes = episodes
-        self._every = round(INTERVAL / episodes.config.policy_dt)
+        config = episodes.config
+        self._first = (config.history_steps - 1) * config.policy_steps_per_frame
+        self._every = round(INTERVAL / config.policy_dt)
         self._row = [0] * len(episodes)
         self._branches: list[list[Branch]] = [[] for _ in range(len(episodes))]
 
@@ -24,12 +29,12 @@ class Branches:
         """Begins the episode of one world, which has been reset."""
         self._row[world] = 0
         self._branches[world] = []
-        self._look(world)
 
     def advance(self, world: int) -> None:
         """Follows the episode of one world, which has been stepped and has not ended."""
         self._row[world] += 1
-        if self._row[world] % self._every == 0:
+        since = self._row[world] - self._first
+        if since >= 0 and since % self._every == 0:
             self._look(world)
 
     def of(self, world: int) -> tuple[Branch, ...]:

@@ -72,7 +72,10 @@ def forecast_cells(trace: Trace, about: Mapping[str, Value]) -> list[dict[str, V
         chosen = (distance == near) & (frames == seen)
         bins: dict[str, Value] = {"distance": DISTANCES[near], "frames_seen": FRAMES_SEEN[seen]}
         for index in range(scored.error.shape[1]):
-            when: dict[str, Value] = {"step": index + 1, "seconds": (index + 1) * trace.frame_dt}
+            when: dict[str, Value] = {
+                "step": index + 1,
+                "seconds": round((index + 1) * trace.frame_dt, 9),
+            }
             sums = {key: values[chosen, index].sum().item() for key, values in sums_of.items()}
             rows.append({**about, **bins, **when, **sums})
     return rows

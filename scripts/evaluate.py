@@ -40,7 +40,7 @@ def evaluate(
         reference: Arm that differences are taken against, such as `mppi/none`; the first one if
             empty.
         twins: Split forecast errors into the model's own and what the robot caused, by rolling the
-            crowd on from every 4.8 s without the robot and with one that stands.
+            crowd on, every 4.8 s, without the robot and with one that stands.
         workers: Processes, one thread each; no result depends on their number.
         resume: Go on where an interrupted run with the same options stopped.
         out: Folder of the results.

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from envs.report import plots
+from envs.report.tables import legend
 from envs.summary import ALL_SCENARIOS
 
 NOTE = (
@@ -22,12 +23,12 @@ HEADINGS = {
     "by_frames_seen": "Frames of history that the forecast was made from",
 }
 PART_NOTE = (
-    "From the start of each episode and every 4.8 s after it the crowd was rolled on twice from "
-    "the same state: with the robot taken out, and with one that brakes and stands. The model's "
-    "own error is that against the people without a robot; the displacement is the distance from "
-    "those to where people truly were. The two may point against each other: together they bound "
-    "the whole error and do not add up to it. Whole less own error is negative where the robot "
-    "moved people nearer to their forecasts."
+    "From 2.8 s into each episode, when histories can be full, and every 4.8 s after that the "
+    "crowd was rolled on twice from the same state: with the robot taken out, and with one that "
+    "brakes and stands. The model's own error is that against the people without a robot; the "
+    "displacement is the distance from those to where people truly were. The two may point "
+    "against each other: together they bound the whole error and do not add up to it. Whole less "
+    "own error is negative where the robot moved people nearer to their forecasts."
 )
 PARTS = {
     "error": "whole error [m]",
@@ -51,6 +52,7 @@ def forecast_section(summary: Mapping[str, Any], colors: Mapping[str, str]) -> s
         '<section aria-labelledby="forecasts">',
         '<h2 id="forecasts">Forecasts in the closed loop</h2>',
         f'<p class="note">{escape(NOTE)}</p>',
+        f'<p class="legend">{legend(colors)}</p>',
         f'<div class="plot">{step_plot(scenarios, colors, drawn)}</div>',
     ]
     for scenario, arms in scenarios.items():

@@ -55,11 +55,11 @@ def build_report(evaluation: Evaluation, out: Path) -> Path:
         "facts": _facts(summary["run"]),
         "findings": "".join(f"<li>{escape(sentence)}</li>" for sentence in summary["findings"]),
         "caution": CAUTION,
-        "outcome_legend": _legend(
+        "outcome_legend": tables.legend(
             {name.replace("_", ": ", 1): color for name, color in plots.OUTCOME_COLORS.items()}
         ),
         "outcome_plot": plots.outcome_plot(summary),
-        "arm_legend": _legend(colors),
+        "arm_legend": tables.legend(colors),
         "metric_plot": plots.metric_plot(summary),
         "differences": _differences(summary),
         "forecasts": forecast_section(summary, colors),
@@ -108,13 +108,6 @@ def _facts(run: Mapping[str, Any]) -> str:
         shown = f"<code>{escape(str(value))}</code>" if term == "command" else escape(str(value))
         items.append(f"<div{wide}><dt>{escape(term)}</dt><dd>{shown}</dd></div>")
     return "".join(items)
-
-
-def _legend(colors: Mapping[str, str]) -> str:
-    return "".join(
-        f'<span><span class="swatch" style="background:{color}"></span>{escape(name)}</span>'
-        for name, color in colors.items()
-    )
 
 
 def _differences(summary: Mapping[str, Any]) -> str:

@@ -57,6 +57,14 @@ def definitions() -> str:
     return f"<dl>{''.join(items)}</dl>"
 
 
+def legend(colors: Mapping[str, str]) -> str:
+    """Names beside their colors."""
+    return "".join(
+        f'<span><span class="swatch" style="background:{color}"></span>{escape(name)}</span>'
+        for name, color in colors.items()
+    )
+
+
 def _table(
     group: Mapping[str, Any], reference: str, colors: Mapping[str, str], keys: Sequence[str]
 ) -> str:

@@ -153,7 +153,7 @@ def test_the_section_on_forecasts_names_bins_and_coverage(
     assert "Forecasts by time ahead: error and coverage" in section
     assert "8 and more" in section  # frames of history that hand-made forecasts are made from
     assert "What the robot itself caused" not in section  # no twins were asked for
-    assert "straight/none" not in section  # has no forecasts
+    assert "straight/none, ADE" not in section  # has no forecasts
     said = [line for line in evaluation.summary["findings"] if "FDE by the distance" in line]
     assert len(said) == 1
     assert said[0].startswith("mppi/constant_velocity")

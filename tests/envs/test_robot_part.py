@@ -70,7 +70,7 @@ def test_the_report_tells_the_parts_apart() -> None:
 
 def episode_of(scene: Callable[..., str], people: Any, goals: Any, **settings: Any) -> Trace:
     config = make_config(
-        scenario=scene(people=people, goals=goals, goal=(18.0, 0.0), time_limit=10.4),
+        scenario=scene(people=people, goals=goals, goal=(19.0, 0.0), time_limit=12.6),
         forecaster="constant_velocity",
         **settings,
     )
@@ -80,8 +80,8 @@ def episode_of(scene: Callable[..., str], people: Any, goals: Any, **settings: A
 def test_a_robot_that_is_invisible_and_far_away_displaces_nobody(scene: Callable[..., str]) -> None:
     people, goals = [[-9.0, 9.0], [-9.0, 12.0]], [[-9.0, 18.0], [-9.0, -18.0]]
     trace = episode_of(scene, people, goals, robot_visible=False, sensor_range=30.0)
-    stride = round(INTERVAL / trace.dt)
-    assert [branch.row for branch in trace.branches][:2] == [0, stride]
+    first, stride = round(7 * trace.frame_dt / trace.dt), round(INTERVAL / trace.dt)
+    assert [branch.row for branch in trace.branches][:2] == [first, first + stride]
     scored = scored_forecasts(trace)
     part = robot_part(trace, scored)
     assert part.known.sum() == 4  # two people at two moments
@@ -92,7 +92,7 @@ def test_a_robot_that_is_invisible_and_far_away_displaces_nobody(scene: Callable
 
 
 def test_a_robot_in_the_way_displaces_people_within_the_triangle(scene: Callable[..., str]) -> None:
-    trace = episode_of(scene, [[6.0, 0.4]], [[-18.0, 0.4]], sensor_range=30.0)
+    trace = episode_of(scene, [[12.0, 0.6]], [[-18.0, 0.6]], sensor_range=30.0)
     scored = scored_forecasts(trace)
     part = robot_part(trace, scored)
     assert part.known.any()
@@ -104,7 +104,7 @@ def test_a_robot_in_the_way_displaces_people_within_the_triangle(scene: Callable
 
 def test_branches_change_nothing_of_what_happens(scene: Callable[..., str]) -> None:
     config = make_config(
-        scenario=scene(people=[[6.0, 0.4]], goals=[[-18.0, 0.4]], goal=(18.0, 0.0)),
+        scenario=scene(people=[[12.0, 0.6]], goals=[[-18.0, 0.6]], goal=(18.0, 0.0)),
         forecaster="constant_velocity",
     )
     with_, without = (
