@@ -36,8 +36,9 @@ class FlattenKeys(
         """Wraps an environment whose observation is a Dict of Boxes."""
         RecordConstructorArgs.__init__(self)
         gymnasium.ObservationWrapper.__init__(self, env)
-        assert isinstance(env.observation_space, spaces.Dict)
-        self.observation_space: spaces.Dict = flattened_space(env.observation_space)  # type: ignore[assignment]
+        inner: spaces.Space[Any] = env.observation_space
+        assert isinstance(inner, spaces.Dict)
+        self.observation_space: spaces.Space[Any] = flattened_space(inner)
 
     def observation(self, observation: Observation) -> Observation:
         """Returns the same values, flat."""
@@ -64,17 +65,16 @@ class WorldFrame(
         """
         RecordConstructorArgs.__init__(self)
         gymnasium.ObservationWrapper.__init__(self, env)
-        inner = env.observation_space
-        if not isinstance(inner, spaces.Dict) or inner["history"].shape[2:] != (2,):
+        inner: spaces.Space[Any] = env.observation_space
+        boxes: dict[str, Any] = dict(inner.items()) if isinstance(inner, spaces.Dict) else {}
+        if "history" not in boxes or boxes["history"].shape[2:] != (2,):
             raise ValueError(f"expected the keys of crowdnav/CrowdNav-v0, found {inner}")
-        changed: dict[str, spaces.Space[Any]] = {
-            key: spaces.Box(-WORLD_REACH, WORLD_REACH, inner[key].shape, np.float32)
-            for key in ("history", "forecast", "forecast_modes")
-            if key in inner.keys()  # noqa: SIM118 (a Dict space is no dict)
-        }
+        for key in {"history", "forecast", "forecast_modes"} & boxes.keys():
+            boxes[key] = spaces.Box(-WORLD_REACH, WORLD_REACH, boxes[key].shape, np.float32)
         reach = np.array([WORLD_REACH, WORLD_REACH, np.pi], dtype=np.float32)
-        changed |= {"robot": _robot_space(inner["robot"]), "pose": spaces.Box(-reach, reach)}
-        self.observation_space: spaces.Dict = spaces.Dict(dict(inner.items()) | changed)  # type: ignore[assignment]
+        boxes |= {"robot": _robot_space(boxes["robot"]), "pose": spaces.Box(-reach, reach)}
+        self._boxes = boxes
+        self.observation_space: spaces.Space[Any] = spaces.Dict(boxes)
 
     def observation(self, observation: Observation) -> Observation:
         """Returns the observation with positions and velocities in the world's frame."""
@@ -86,8 +86,8 @@ class WorldFrame(
             "forecast": there,
             "forecast_modes": there[..., None],
         }
-        told = {
-            key: (to_world(observation[key][None], heading)[0] + position) * mask
+        told: dict[str, NDArray[Any]] = {
+            key: (to_world(observation[key][None].astype(np.float64), heading)[0] + position) * mask
             for key, mask in valid.items()
             if key in observation
         }
@@ -98,14 +98,13 @@ class WorldFrame(
             told["robot"][at] = turned + position if name in POINTS else turned
         told["pose"] = np.append(position, heading)
         for key, values in told.items():
-            box = self.observation_space[key]
-            told[key] = np.clip(values, box.low, box.high).astype(np.float32)  # type: ignore[attr-defined]
+            box = self._boxes[key]
+            told[key] = np.clip(values, box.low, box.high).astype(np.float32)
         return observation | told
 
 
-def _robot_space(box: spaces.Space[Any]) -> spaces.Box:
+def _robot_space(box: spaces.Box) -> spaces.Box:
     """The Box of the key `robot` with room for the goal's and the waypoint's world positions."""
-    assert isinstance(box, spaces.Box)
     low, high = box.low.copy(), box.high.copy()
     for name in POINTS:
         at = [ROBOT_INDEX[f"{name}_x"], ROBOT_INDEX[f"{name}_y"]]

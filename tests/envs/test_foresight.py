@@ -109,9 +109,7 @@ def test_ghosts_follow_the_forecast_of_when_they_were_last_seen(turning):
 
 
 def test_doubt_about_ghosts_grows_and_ends_when_they_are_seen_again():
-    episodes = started(
-        steps=8, track_memory=2.0, sensor_range=50.0, forecaster="constant_velocity"
-    )
+    episodes = started(steps=8, track_memory=2.0, sensor_range=50.0, forecaster="constant_velocity")
     fresh = ConstantVelocityForecaster().radius
     config = episodes._perception._sensor._config
     blind(episodes)
