@@ -161,8 +161,9 @@ class Episodes:
         return traces
 
     def picture(self, world: int) -> Picture:
-        """Returns the ground of one world as the forecaster sees it."""
-        return _picture(self.scenarios[world].map)
+        """Returns the ground of one world: its photograph, or else as it is drawn."""
+        ground = self.scenarios[world].map
+        return _drawn(ground) if ground.picture is None else ground.picture
 
     def _start(self, world: int, generator: np.random.Generator) -> np.random.Generator:
         """Builds the world of a new episode; returns the randomness of the robot's sensors."""
@@ -176,7 +177,7 @@ class Episodes:
         self.routes.restart(world, scenario)
         if self._forecaster is not None:
             self._forecaster.restart(world, forecast_rng)
-            self._pictures[world] = _picture(scenario.map)
+            self._pictures[world] = _drawn(scenario.map)
         row = np.array([world])
         self._way_left[row] = self.routes.distance(self.worlds.robots.position[row], row)
         self._steps[world] = 0
@@ -206,8 +207,8 @@ class Episodes:
         task, lidar = self._task(robots, rows), self._lidar(robots, rows)
         observation = self.observer.observe(percept, robots, task, lidar)
         if self.config.observe_map:
-            pictures = [self.picture(world) for world in self._all[rows].tolist()]
-            observation["map"] = map_crops(robots, pictures)
+            grounds = [self.scenarios[world].map for world in self._all[rows].tolist()]
+            observation["map"] = map_crops(robots, [_drawn(ground) for ground in grounds])
         return observation
 
     def _task(self, robots: RobotState, rows: Rows) -> Task:
@@ -299,5 +300,6 @@ def _at_pace(scenario: Scenario, factor: float) -> Scenario:
 
 
 @lru_cache(maxsize=64)
-def _picture(ground: Map) -> Picture:
-    return Picture(*render_map(ground))
+def _drawn(ground: Map) -> Picture:
+    """The ground as networks and policies see it everywhere, also where there is a photograph."""
+    return Picture(*render_map(replace(ground, picture=None)))

@@ -194,3 +194,17 @@ def test_rewards_of_the_configuration_reach_the_environment(scene):
     *_, info = env.step((-1.0, 0.0))
     assert_allclose(info["rewards"]["time"], -3.0 * 0.2)
     assert dataclasses.asdict(env.unwrapped.episodes.config)["time_weight"] == -3.0
+
+
+def test_a_photographed_place_is_shown_as_it_would_be_drawn(data_root):
+    parameters = {"scene": "crowds_zara01", "data": str(data_root)}
+    env = gymnasium.make(
+        "crowdnav/CrowdNav-v0",
+        scenario="replay",
+        scenario_parameters=parameters,
+        forecaster="none",
+        observe_map=True,
+    )
+    observation, _ = env.reset(seed=0)
+    own_place = tuple(observation["map"][MAP_PIXELS // 2, MAP_PIXELS // 4].tolist())
+    assert own_place in {surface.color_rgb for surface in Surface if surface.walkable}
