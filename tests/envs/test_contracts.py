@@ -20,6 +20,7 @@ FORECASTERS = (
     "constant_velocity_map",
     "social_force",
     "iterative_attention",
+    "fast",
     "oracle",
     "oracle_noisy@sigma=0.3+delay=0.4+drop=0.2",
 )
