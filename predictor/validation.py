@@ -62,9 +62,8 @@ def window_modes(
     found = standing(nobody, network.config.modes, steps).of_world(0)
     found.probability[:] = 0.0
     future = np.zeros_like(found.path)
-    passes = np.array_split(np.arange(len(windows)), math.ceil(len(windows) / ROWS))
     with torch.inference_mode():
-        for rows in passes[processes.rank :: processes.count]:
+        for rows in _passes(windows, processes):
             inputs, true_path = windows.batch(rows)
             _, path, modes = network.forward_modes(**tensors(inputs, device))
             position, probability, covariance = ordered(modes)
@@ -90,14 +89,19 @@ def window_errors(
     """
     network.eval()
     errors = np.zeros((len(windows), windows.config.forecast_steps))
-    passes = np.array_split(np.arange(len(windows)), math.ceil(len(windows) / ROWS))
     with torch.inference_mode():
-        for rows in passes[processes.rank :: processes.count]:
+        for rows in _passes(windows, processes):
             inputs, future = windows.batch(rows)
             _, path = network(**tensors(inputs, device))
             errors[rows] = displacement_errors(path.cpu().numpy(), future)
     processes.add_up([torch.from_numpy(errors)])
     return errors
+
+
+def _passes(windows: Windows, processes: Processes) -> list[NDArray[np.int64]]:
+    """Rows of each pass that falls to this process."""
+    passes = np.array_split(np.arange(len(windows)), math.ceil(len(windows) / ROWS))
+    return passes[processes.rank :: processes.count]
 
 
 def constant_velocity_errors(windows: Windows) -> NDArray[np.float64]:
