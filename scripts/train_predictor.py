@@ -89,15 +89,22 @@ def train_predictor(
     training = replace(training, patience=patience, train_only=train_only)
     changes = {} if changes is None else changes
     network, training = with_changes(network, training, changes)
-    words = ["crowdnav", "train-predictor", "--data", data, "--model", model, "--variant", variant]
-    words += ["--config_name", config_name, "--epochs", str(training.epochs), "--seed", str(seed)]
-    words += [] if backbone is None else ["--backbone", backbone]
-    words += ["--train_backbone"] if train_backbone else []
-    words += [] if horizon is None else ["--horizon", str(horizon)]
-    words += [] if patience is None else ["--patience", str(patience)]
-    words += ["--changes", json.dumps(changes)] if changes else []
-    words += [] if init is None else ["--init", str(init)]
-    words += [] if modes == 0 else ["--modes", str(modes), "--train_only", train_only]
+    command = _command(
+        data=data,
+        model=model,
+        variant=variant,
+        config_name=config_name,
+        epochs=training.epochs,
+        seed=seed,
+        backbone=backbone,
+        train_backbone=True if train_backbone else None,
+        horizon=horizon,
+        patience=patience,
+        changes=json.dumps(changes) if changes else None,
+        init=init,
+        modes=None if modes == 0 else modes,
+        train_only=None if modes == 0 else train_only,
+    )
     with resumable(), joined_processes() as processes:
         found = train(
             data=data,
@@ -109,7 +116,7 @@ def train_predictor(
             device=device,
             cache=cache,
             tensorboard=tensorboard,
-            command=shlex.join(words),
+            command=command,
             processes=processes,
         )
     if not processes.first:
@@ -122,3 +129,12 @@ def train_predictor(
         f"{found.windows_per_s:.0f} windows/s)"
     )
     print(f"Checkpoint in {found.checkpoint}; next: crowdnav evaluate-predictor --forecaster {out}")
+
+
+def _command(**options: object) -> str:
+    """The command line with these options; one that is None is left out, True needs no value."""
+    words = ["crowdnav", "train-predictor"]
+    for name, value in options.items():
+        if value is not None:
+            words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
+    return shlex.join(words)
