@@ -1,12 +1,15 @@
 """What an evaluation compares: arms, scenarios and seeds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from envs.config import CrowdNavConfig, make_config
 from envs.summary import ALL_SCENARIOS
+
+VISIBILITY: Final = {True: "visible", False: "invisible"}
+"""What a scenario is called by whether people see the robot."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,17 +45,24 @@ class ScenarioChoice:
         parameters: Its keywords.
         settings: Further keywords of `CrowdNavConfig` that hold in this scenario.
         title: Name in tables; "" takes the scenario's.
+        variant: What tells it from others of the same title; "" where nothing does.
     """
 
     scenario: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
+    variant: str = ""
+
+    @property
+    def place(self) -> str:
+        """Name without the variant; a scenario file goes by its name without folder and ending."""
+        return self.title if self.title else Path(self.scenario).stem
 
     @property
     def name(self) -> str:
-        """Name in tables; a scenario file goes by its name without folder and ending."""
-        return self.title if self.title else Path(self.scenario).stem
+        """Name in tables."""
+        return f"{self.place}, {self.variant}" if self.variant else self.place
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,10 +135,66 @@ class EvaluationConfig:
         )
 
 
-def cross(policies: Sequence[str], forecasters: Sequence[str]) -> tuple[Arm, ...]:
-    """Every policy with every forecaster."""
+def cross(
+    policies: Sequence[str], forecasters: Sequence[str], horizons: Sequence[float] | None = None
+) -> tuple[Arm, ...]:
+    """Every policy with every forecaster, each arm once.
+
+    Args:
+        policies: What `envs.policies.make_policy` takes; `POLICY:FORECASTER` goes with that
+            forecaster only.
+        forecasters: What `CrowdNavConfig.forecaster` takes.
+        horizons: How far forecasts reach [s], an arm each; 0 is the policy without forecasts. The
+            environment's if None.
+    """
+    arms: list[Arm] = []
+    for spec in policies:
+        policy, _, own = spec.partition(":")
+        for forecaster in (own,) if own else forecasters:
+            found = _at_horizons(policy, forecaster, horizons)
+            arms += [arm for arm in found if arm not in arms]
+    return tuple(arms)
+
+
+def variants(
+    choice: ScenarioChoice,
+    models: Sequence[str] | None = None,
+    robot_visible: Sequence[bool] | None = None,
+) -> tuple[ScenarioChoice, ...]:
+    """A scenario with people of every motion model, each with the robot visible and invisible.
+
+    Args:
+        choice: The scenario.
+        models: Names of motion models; the scenario's own if None.
+        robot_visible: Values of that keyword of `CrowdNavConfig`; the environment's if None.
+    """
+    crowds = [choice]
+    if models is not None:
+        crowds = [
+            replace(choice, parameters={**choice.parameters, "model": model}, variant=model)
+            for model in models
+        ]
+    if robot_visible is None:
+        return tuple(crowds)
     return tuple(
-        Arm(policy=policy, forecaster=forecaster)
-        for policy in policies
-        for forecaster in forecasters
+        replace(
+            crowd,
+            settings={**crowd.settings, "robot_visible": visible},
+            variant=", ".join(filter(None, (crowd.variant, VISIBILITY[visible]))),
+        )
+        for crowd in crowds
+        for visible in robot_visible
     )
+
+
+def _at_horizons(policy: str, forecaster: str, horizons: Sequence[float] | None) -> list[Arm]:
+    """One pair of policy and forecaster at every horizon."""
+    arm = Arm(policy=policy, forecaster=forecaster)
+    if forecaster == "none" or horizons is None:
+        return [arm]
+    return [
+        replace(arm, settings={"horizon": horizon}, title=f"{arm.name} {horizon:g} s")
+        if horizon
+        else replace(arm, forecaster="none")
+        for horizon in horizons
+    ]

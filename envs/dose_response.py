@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from envs.episode_rows import Row
+from envs.metrics import Value
 from envs.statistics import Interval
 
 Floats = NDArray[np.float64]
@@ -30,7 +31,7 @@ def rank_correlation(
 ) -> Interval:
     """Spearman's rho of the mean closed-loop FDE and a mean outcome over forecasters.
 
-    One rho per policy and scenario with at least `LEAST_FORECASTERS` forecasters, averaged over
+    One rho per policy, scenario and horizon with at least `LEAST_FORECASTERS` forecasters, averaged over
     those; the interval is a percentile bootstrap that resamples seeds, the same for all arms.
 
     Args:
@@ -41,7 +42,7 @@ def rank_correlation(
         resamples: Number of resamples.
 
     Returns:
-        The correlation; `n` is the number of policies times scenarios. NaN where there is none.
+        The correlation; `n` is the number of policies times scenarios and horizons. NaN where there is none.
     """
     tables = [
         (_by_seed(group, ERROR), _by_seed(group, outcome)) for group in _groups(rows).values()
@@ -60,12 +61,13 @@ def rank_correlation(
     return Interval(mean=mean, low=float(low), high=float(high), n=len(tables))
 
 
-def _groups(rows: Sequence[Row]) -> Mapping[tuple[str, str], dict[str, list[Row]]]:
-    """Rows by (scenario, policy) and forecaster, where enough forecasters were compared."""
-    groups: dict[tuple[str, str], dict[str, list[Row]]] = {}
+def _groups(rows: Sequence[Row]) -> Mapping[tuple[Value, ...], dict[str, list[Row]]]:
+    """Rows by scenario, policy and horizon, and by arm, where enough forecasters were compared."""
+    groups: dict[tuple[Value, ...], dict[str, list[Row]]] = {}
     for row in rows:
         if row["forecaster"] != "none":
-            group = groups.setdefault((str(row["scenario"]), str(row["policy"])), {})
+            key = (row["scenario"], row["policy"], row["horizon"])
+            group = groups.setdefault(key, {})
             group.setdefault(str(row["arm"]), []).append(row)
     return {key: arms for key, arms in groups.items() if len(arms) >= LEAST_FORECASTERS}
 

@@ -13,11 +13,26 @@ from envs.metric_table import METRICS
 from envs.metrics import Value
 
 Row = dict[str, Value]
-"""One episode: scenario, arm, policy, forecaster, horizon, seed, and every metric; or one bin and
-step of its forecast errors."""
+"""One episode: `EPISODE_COLUMNS` and every metric; or one bin and step of its forecast errors."""
+
+EPISODE_COLUMNS = (
+    "scenario",
+    "place",
+    "model",
+    "robot_visible",
+    "arm",
+    "policy",
+    "forecaster",
+    "horizon",
+    "seed",
+)
+"""What tells an episode from all others: `place` is the scenario's name without what it was varied
+by, `model` the motion model it was asked for ("" leaves the scenario its own)."""
 
 _TEXT = (
     "scenario",
+    "place",
+    "model",
     "arm",
     "policy",
     "forecaster",
@@ -25,6 +40,7 @@ _TEXT = (
     "distance",
     "frames_seen",
 )
+_FLAGS = ("robot_visible",)
 _COUNTS = ("seed", "failure_to_progress", "forecast_count", "step", "n", "within_radius", "twin_n")
 
 
@@ -69,4 +85,4 @@ def _column_type(key: str) -> pa.DataType:
     if key in _COUNTS:
         return pa.int64()
     is_share = key in METRICS and METRICS[key].kind == "share"
-    return pa.bool_() if is_share else pa.float64()
+    return pa.bool_() if is_share or key in _FLAGS else pa.float64()

@@ -69,6 +69,7 @@ class Task:
 
     environment: CrowdNavConfig
     scenario: str
+    place: str
     arm: str
     policy: str
     seeds: tuple[int, ...]
@@ -133,20 +134,29 @@ def measure_episodes(
     ):
         reacts = trace.scenario.replay is None
         twin = run_twin(trace, longer=DELAY_AHEAD) if reacts else None
-        about: Row = {
-            "scenario": task.scenario,
-            "arm": task.arm,
-            "policy": task.policy,
-            "forecaster": task.environment.forecaster,
-            "horizon": task.environment.horizon,
-            "seed": seed,
-        }
+        about = _about(task, seed)
         measured.rows.append({**about, **navigation_metrics(trace, twin)})
         measured.cells.extend(forecast_cells(trace, about))
         finished_one()
     if finished is not None:
         finished.keep(task, measured)
     return measured
+
+
+def _about(task: Task, seed: int) -> Row:
+    """The columns that tell an episode from all others."""
+    environment = task.environment
+    return {
+        "scenario": task.scenario,
+        "place": task.place,
+        "model": str(environment.scenario_parameters.get("model", "")),
+        "robot_visible": environment.robot_visible,
+        "arm": task.arm,
+        "policy": task.policy,
+        "forecaster": environment.forecaster,
+        "horizon": environment.horizon,
+        "seed": seed,
+    }
 
 
 def record_episodes(task: Task, finished_one: Callable[[], None]) -> list[RecordedEpisode]:
@@ -223,6 +233,7 @@ def _task(
     return Task(
         environment=config.environment_of(arm, choice),
         scenario=choice.name,
+        place=choice.place,
         arm=arm.name,
         policy=arm.policy,
         seeds=seeds,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.episode_rows import EPISODE_COLUMNS
 from envs.forecast_scores import ScoredForecasts, scored_forecasts
 from envs.metrics import Value
 from envs.robot_part import RobotPart, robot_part
@@ -28,12 +29,7 @@ FRAMES_EDGES = (3, 6, 8)
 """The least number of the second bin, the third and the last."""
 
 CELL_COLUMNS = (
-    "scenario",
-    "arm",
-    "policy",
-    "forecaster",
-    "horizon",
-    "seed",
+    *EPISODE_COLUMNS,
     "distance",
     "frames_seen",
     "step",

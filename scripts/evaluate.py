@@ -13,6 +13,9 @@ def evaluate(
     policies: Names = Names("straight,mppi"),
     forecasters: Names = Names("none,constant_velocity,fast"),
     scenarios: Names = Names("circular_crossing,narrow_doorway,urban_crossing"),
+    horizons: list[float] | None = None,
+    models: Names | None = None,
+    robot_visible: list[bool] | None = None,
     seeds: Seeds = Seeds(20),
     environment: dict[str, Any] | None = None,
     reference: str = "",
@@ -30,11 +33,16 @@ def evaluate(
     `summary.json` with means, intervals and paired differences.
 
     Args:
-        policies: `straight`, `mppi`, or folders written by `crowdnav train-policy`.
+        policies: `straight`, `social_force`, `orca`, `dwa`, `mppi`, `ppo`, or folders written by
+            `crowdnav train-policy`; `orca:none` goes with that forecaster only.
         forecasters: `none`, `constant_velocity`, `constant_velocity_map`, `social_force`,
             `fast`, `iterative_attention`, checkpoints, `oracle`, or
             `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
         scenarios: Names of scenarios.
+        horizons: How far forecasts reach, such as [0,0.4,4.8], compared side by side [s]; 0 are
+            none. A planner should plan as far in all: `mppi@9.6`.
+        models: Motion models of the people, compared side by side: `social_force,orca`.
+        robot_visible: [true,false] compares a robot that people see with one that they do not.
         seeds: Number of episodes of each arm in each scenario, or their seeds: `20` or `3,5,8`.
         environment: Keywords of the environment for all arms, such as {"robot": "holonomic"}.
         reference: Arm that differences are taken against, such as `mppi/none`; the first one if
@@ -49,7 +57,7 @@ def evaluate(
     """
     require_folder(out)
     require_file(json)
-    from envs.comparison import EvaluationConfig, ScenarioChoice, cross
+    from envs.comparison import EvaluationConfig, ScenarioChoice, cross, variants
     from envs.evaluation import evaluate as run
     from envs.evaluation import write_evaluation
     from envs.report import build_report
@@ -58,8 +66,12 @@ def evaluate(
     from scripts.tables import print_summary
 
     config = EvaluationConfig(
-        arms=cross(policies, forecasters),
-        scenarios=tuple(ScenarioChoice(scenario=name) for name in scenarios),
+        arms=cross(policies, forecasters, horizons),
+        scenarios=tuple(
+            choice
+            for name in scenarios
+            for choice in variants(ScenarioChoice(scenario=name), models, robot_visible)
+        ),
         seeds=tuple(seed + each for each in seeds),
         reference=reference,
         environment={} if environment is None else environment,

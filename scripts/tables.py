@@ -29,7 +29,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
         summary: Of `envs.evaluation.Evaluation`.
     """
     table = Table(box=SIMPLE, show_edge=False, pad_edge=False, caption=CAPTION)
-    table.add_column("policy/forecaster", no_wrap=True)
+    table.add_column("policy/forecaster", overflow="fold")
     for heading in COLUMNS.values():
         table.add_column(escape(heading), justify="right", no_wrap=True)
     for scenario, group in summary["scenarios"].items():

@@ -6,7 +6,9 @@ from envs.dose_response import rank_correlation
 FORECASTERS = ("a", "b", "c", "d")
 
 
-def episodes(success_of, *, scenario="s", seeds=range(40), noise=0.05, forecasters=FORECASTERS):
+def episodes(
+    success_of, *, scenario="s", seeds=range(40), noise=0.05, forecasters=FORECASTERS, horizon=4.8
+):
     """Rows of arms whose errors are 1, 2, 3, ...; success has the share that is asked for."""
     rng = np.random.default_rng(0)
     return [
@@ -15,6 +17,7 @@ def episodes(success_of, *, scenario="s", seeds=range(40), noise=0.05, forecaste
             "policy": "mppi",
             "arm": f"mppi/{forecaster}",
             "forecaster": forecaster,
+            "horizon": horizon,
             "seed": seed,
             "forecast_fde": 1.0 + dose + noise * rng.standard_normal(),
             "success": bool(rng.random() < success_of(dose)),
@@ -67,3 +70,15 @@ def test_episodes_without_an_error_are_left_out():
 
 def test_where_nobody_ever_fails_there_is_no_correlation():
     assert np.isnan(correlate(episodes(lambda dose: 2.0)).mean)
+
+
+def test_forecasts_of_another_reach_are_another_group():
+    # Within each horizon the error does not matter; over both the longer one errs and fails more.
+    near = episodes(lambda dose: 0.9)
+    far = [
+        {**row, "arm": f"{row['arm']} 9.6 s", "forecast_fde": row["forecast_fde"] + 9.0}
+        for row in episodes(lambda dose: 0.2, horizon=9.6)
+    ]
+    found = correlate(near + far)
+    assert found.n == 2
+    assert found.low < 0.0 < found.high
