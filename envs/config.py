@@ -35,6 +35,8 @@ class CrowdNavConfig:
         occlusion: Whether walls, buildings and people hide people from the robot.
         missed_detections: Share of the detections, once per policy step, that are missed.
         position_noise: Standard deviation of each measured coordinate of a person [m].
+        frame_jitter: How much older a detection may be than the robot takes it for, drawn per
+            world and policy step [s]; at most `policy_dt`, so that none overtakes another.
         track_loss_rate: How often the robot takes somebody for somebody new, whose history begins
             anew [1/s].
         track_memory: How long the robot goes on reckoning with somebody out of sight, by the last
@@ -55,7 +57,9 @@ class CrowdNavConfig:
         max_acceleration: Limit on the change of the robot's velocity [m/s^2].
         robot_radius: Radius of the robot's disc [m].
         goal_radius: The goal is reached when the robot's centre is nearer than this [m].
-        time_limit: Time the robot has [s]; `None` takes the scenario's.
+        time_limit: Time the robot has for a way to its goal [s]; `None` takes the scenario's.
+        mission: The robot goes to and fro between its goal and its start until it arrives after
+            so many seconds [s]; each way has the time limit. 0 is a single way.
         progress_weight: Reward per metre that the way to the goal has become shorter.
         goal_weight: Reward for reaching the goal.
         collision_weight: Reward (negative) for touching a person or a wall.
@@ -86,6 +90,7 @@ class CrowdNavConfig:
     occlusion: bool = False
     missed_detections: float = 0.0
     position_noise: float = 0.0
+    frame_jitter: float = 0.0
     track_loss_rate: float = 0.0
     track_memory: float = 0.0
     lidar_rays: int = 64
@@ -103,6 +108,7 @@ class CrowdNavConfig:
     robot_radius: float = 0.3
     goal_radius: float = 0.3
     time_limit: float | None = None
+    mission: float = 0.0
     progress_weight: float = 1.0
     goal_weight: float = 10.0
     collision_weight: float = -10.0
@@ -121,9 +127,14 @@ class CrowdNavConfig:
         for name in ("robot_awareness", "missed_detections"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} must be in 0..1, got {getattr(self, name)!r}")
-        for name in ("position_noise", "track_loss_rate", "track_memory"):
+        for name in _NOT_NEGATIVE:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must be at least 0, got {getattr(self, name)!r}")
+        if self.frame_jitter > self.policy_dt:
+            raise ValueError(
+                f"frame_jitter must be at most policy_dt={self.policy_dt} s, "
+                f"got {self.frame_jitter!r}"
+            )
         if self.field_of_view > 2.0 * math.pi:
             raise ValueError(f"field_of_view must be at most 2 pi, got {self.field_of_view!r}")
         if self.max_steering >= 0.5 * math.pi:
@@ -163,7 +174,8 @@ class CrowdNavConfig:
         return (
             self.field_of_view == 2.0 * math.pi
             and not self.occlusion
-            and self.missed_detections == self.position_noise == self.track_loss_rate == 0.0
+            and self.missed_detections == self.position_noise == 0.0
+            and self.track_loss_rate == self.frame_jitter == 0.0
         )
 
     @property
@@ -172,6 +184,7 @@ class CrowdNavConfig:
         return round(self.frame_dt / self.policy_dt)
 
 
+_NOT_NEGATIVE = ("position_noise", "frame_jitter", "track_loss_rate", "track_memory", "mission")
 _POSITIVE = (
     "crowd_speed",
     "horizon",

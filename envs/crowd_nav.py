@@ -27,8 +27,9 @@ class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]], EzPickle):
       clipped; a value that is not finite is a ValueError.
     * **Reward**: the sum of the terms in `info["rewards"]`, see `envs.rewards`.
     * **Start**: drawn by the scenario from `np_random`; a seed fixes every bit that follows.
-    * **Terminated**: the robot touched a person or a wall, or reached its goal.
-    * **Truncated**: the time limit has passed.
+    * **Terminated**: the robot touched a person or a wall, or reached its goal; in a mission, the
+      one at which it ends.
+    * **Truncated**: the time limit, in a mission that of the present way, has passed.
     * **Info**: `rewards`; at the end also `is_success`, `termination_reason` (goal,
       collision_pedestrian, collision_wall, timeout) and `forecast_seconds`, the mean wall-clock
       time of a forecast in this episode.

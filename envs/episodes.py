@@ -19,12 +19,12 @@ from crowdsim.scenario import Scenario
 from crowdsim.scenarios import find_scenario, make_scenario
 from envs.config import CrowdNavConfig
 from envs.forecasters import make_world_forecaster
-from envs.observation import WAYPOINT_DISTANCE, Observation, Observer, Task, map_crops
+from envs.observation import Observation, Observer, map_crops
 from envs.perception import Percept, Perception
 from envs.recorder import Recorder
 from envs.rewards import REWARD_TERMS, Consequences, reward_terms, total
 from envs.robots import RobotState, checked_actions, make_robot
-from envs.routes import Routes
+from envs.tasks import Tasks
 from envs.trace import TerminationReason, Trace
 from envs.tracker import Rows
 from envs.worlds import Worlds
@@ -62,7 +62,7 @@ class Episodes:
     Attributes:
         config: The configuration.
         worlds: Physics and state; read it, do not write it.
-        routes: Ways to the goals.
+        tasks: What the robots have to do.
         observer: Fills observations; `observer.space` is the space of one.
         scenarios: Per world, what its episode started from.
     """
@@ -76,7 +76,7 @@ class Episodes:
         find_scenario(config.scenario)
         self.config = config
         self.worlds = Worlds(config, count, record=record)
-        self.routes = Routes(count)
+        self.tasks = Tasks(config, count)
         self.observer = Observer(config)
         self.scenarios: dict[int, Scenario] = {}
         self._robot = make_robot(config)
@@ -87,9 +87,6 @@ class Episodes:
         self._pictures: dict[int, Picture] = {}
         self._percepts: dict[int, tuple[Percept, int]] = {}
         self._all = np.arange(count)
-        self._steps = np.zeros(count, dtype=np.int64)
-        self._time_limit = np.ones(count)
-        self._way_left = np.zeros(count)
         self._forecast_seconds = np.zeros(count)
 
     def __len__(self) -> int:
@@ -131,13 +128,14 @@ class Episodes:
         """
         self._apply(checked_actions(actions, len(self)))
         self._track()
+        reached, progress = self._reached(), self.tasks.progress(self.worlds.robots.position)
+        terminated = (reached & self.tasks.on_last_way()) | self.worlds.touched
+        self._turn_back(reached & ~terminated)
         percept = self._forecast(slice(None))
         observation = self._observe(percept, slice(None))
         self._percepts = {world: (percept, world) for world in range(len(self))}
-        reached = self._reached()
-        terms = reward_terms(self._consequences(percept, reached), self.config)
-        terminated = reached | self.worlds.touched
-        truncated = self._out_of_time() & ~terminated
+        terms = reward_terms(self._consequences(percept, reached, progress), self.config)
+        truncated = self.tasks.out_of_time() & ~terminated
         reason = self._reasons(reached, terminated | truncated)
         self._record(self._all, percept, terms)
         self._finish_records(reason)
@@ -148,7 +146,7 @@ class Episodes:
             truncated=truncated,
             rewards=terms,
             reason=reason,
-            forecast_seconds=self._forecast_seconds / (self._steps + 1),
+            forecast_seconds=self._forecast_seconds / (self.tasks.steps + 1),
         )
 
     def percept(self, world: int) -> tuple[Percept, int]:
@@ -171,27 +169,22 @@ class Episodes:
         name, parameters = self.config.scenario, self.config.scenario_parameters
         scenario = make_scenario(name, scenario_rng, **parameters)
         scenario = _at_pace(scenario, self.config.crowd_speed)
-        limit = scenario.time_limit if self.config.time_limit is None else self.config.time_limit
         self.scenarios[world] = scenario
         self.worlds.restart(world, scenario, world_rng)
-        self.routes.restart(world, scenario)
+        self.tasks.restart(world, scenario)
         if self._forecaster is not None:
             self._forecaster.restart(world, forecast_rng)
             self._pictures[world] = _drawn(scenario.map)
-        row = np.array([world])
-        self._way_left[row] = self.routes.distance(self.worlds.robots.position[row], row)
-        self._steps[world] = 0
-        self._time_limit[world] = limit
         self._forecast_seconds[world] = 0.0
         if self._recorder is not None:
-            way = float(self._way_left[world])
-            self._recorder.start(world, scenario, world_rng, limit, way)
+            limit, way = self.tasks.time_limit[world], self.tasks.way_left[world]
+            self._recorder.start(world, scenario, world_rng, float(limit), float(way))
         return sensor_rng
 
     def _apply(self, actions: Floats) -> None:
         self._robot.apply(actions, self.worlds.robots)
         self.worlds.step(self._robot)
-        self._steps += 1
+        self.tasks.advance()
 
     def _track(self) -> None:
         self._perception.update(self.worlds)
@@ -204,21 +197,12 @@ class Episodes:
 
     def _observe(self, percept: Percept, rows: Rows) -> Observation:
         robots = self.worlds.robots.rows(rows)
-        task, lidar = self._task(robots, rows), self._lidar(robots, rows)
+        task, lidar = self.tasks.task(robots.position, rows), self._lidar(robots, rows)
         observation = self.observer.observe(percept, robots, task, lidar)
         if self.config.observe_map:
             grounds = [self.scenarios[world].map for world in self._all[rows].tolist()]
             observation["map"] = map_crops(robots, [_drawn(ground) for ground in grounds])
         return observation
-
-    def _task(self, robots: RobotState, rows: Rows) -> Task:
-        worlds = self._all[rows]
-        elapsed = self._steps[rows] * self.config.policy_dt
-        return Task(
-            goal=self.routes.goal[rows],
-            waypoint=self.routes.waypoint(robots.position, worlds, WAYPOINT_DISTANCE),
-            time_left=np.maximum(0.0, 1.0 - elapsed / self._time_limit[rows]),
-        )
 
     def _lidar(self, robots: RobotState, rows: Rows) -> Floats:
         """Ranges (R, rays); worlds on the same map are scanned together."""
@@ -234,11 +218,11 @@ class Episodes:
                 ranges[at] = cast_rays(ground.segments, position, heading, rays, reach)
         return ranges
 
-    def _consequences(self, percept: Percept, reached: Flags) -> Consequences:
+    def _consequences(self, percept: Percept, reached: Flags, progress: Floats) -> Consequences:
         config, worlds = self.config, self.worlds
         times = np.arange(1.0, config.forecast_steps + 1.0) * config.frame_dt
         return Consequences(
-            progress=self._progress(),
+            progress=progress,
             reached=reached,
             collided=worlds.touched,
             clearance=worlds.clearance_pedestrian,
@@ -248,21 +232,17 @@ class Episodes:
             neighbors_radius=percept.radius,
         )
 
-    def _progress(self) -> Floats:
-        """How much shorter the ways have become [m]; nothing where there is no way for now."""
-        left = self.routes.distance(self.worlds.robots.position, self._all)
-        left = np.where(np.isfinite(left), left, self._way_left)
-        progress, self._way_left = self._way_left - left, left
-        return progress
-
     def _reached(self) -> Flags:
         """Whether the robots are at their goals and touched nothing on the way there."""
-        offset = self.routes.goal - self.worlds.robots.position
-        near = offset[:, 0] ** 2 + offset[:, 1] ** 2 < self.config.goal_radius**2
-        return near & ~self.worlds.touched
+        return self.tasks.near_goal(self.worlds.robots.position) & ~self.worlds.touched
 
-    def _out_of_time(self) -> Flags:
-        return self._steps >= np.rint(self._time_limit / self.config.policy_dt)
+    def _turn_back(self, arrived: Flags) -> None:
+        """Sends the robots that `arrived` (W,), but whose mission goes on, back again."""
+        worlds = np.flatnonzero(arrived)
+        self.tasks.turn_back(worlds, self.worlds.robots.position[worlds])
+        if self._recorder is not None:
+            for world in worlds.tolist():
+                self._recorder.turn_back(world, float(self.tasks.way_left[world]))
 
     def _reasons(self, reached: Flags, ended: Flags) -> list[TerminationReason | None]:
         """Why the episodes ended, by world; None where they go on."""
@@ -280,7 +260,8 @@ class Episodes:
         """Adds a row to the traces of the worlds `rows`."""
         if self._recorder is not None:
             visible = self._perception.visible
-            self._recorder.add(rows, self.worlds, visible, percept, terms)
+            goal = self.tasks.routes.goal
+            self._recorder.add(rows, self.worlds, goal, visible, percept, terms)
 
     def _finish_records(self, reasons: list[TerminationReason | None]) -> None:
         for world, reason in enumerate(reasons):

@@ -49,12 +49,26 @@ METRICS: dict[str, Metric] = {
         label="time to goal (successes only)",
         unit="s",
         aggregate="time_to_goal_on_success",
-        definition="Time until the goal; failures have none and are left out.",
+        definition="Time until the goal; failures have none and are left out. In a mission the "
+        "mean over the ways that led to their goals.",
     ),
     "time_to_goal_penalized": Metric(
         label="time to goal (failures at limit)",
         unit="s",
-        definition="Time until the goal; every failure counts as the whole time limit.",
+        definition="Time until the goal; every failure counts as the whole time limit. In a "
+        "mission the mean over all ways.",
+    ),
+    "goals_reached": Metric(
+        label="goals reached in a mission",
+        better="higher",
+        definition="Number of ways of a mission that led to their goals; none for a single way.",
+    ),
+    "time_without_contact": Metric(
+        label="mission time without contact",
+        unit="s",
+        better="higher",
+        definition="Time of a mission until the first contact, or until its end without one, "
+        "which makes it a lower bound; none for a single way.",
     ),
     "path_length": Metric(
         label="path length",
@@ -66,7 +80,7 @@ METRICS: dict[str, Metric] = {
         label="SPL",
         better="higher",
         definition="Success weighted by shortest path over path length, the shortest path taken on "
-        "the map (Anderson et al. 2018); 0 for a failure.",
+        "the map (Anderson et al. 2018); 0 for a failure. In a mission the mean over all ways.",
     ),
     "path_irregularity": Metric(
         label="path irregularity",

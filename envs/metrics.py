@@ -43,10 +43,12 @@ def navigation_metrics(trace: Trace, twin: TwinTrace | None = None) -> dict[str,
     Args:
         trace: What happened.
         twin: The same people without the robot; None where there is no such run (a replay, whose
-            people cannot react), which leaves the two pedestrian effects missing.
+            people cannot react), which leaves the two pedestrian effects missing. They are in
+            missions too: after minutes the two crowds have nothing to do with each other.
     """
     metrics: dict[str, Value] = {}
     metrics |= outcome(trace)
+    metrics |= mission(trace)
     metrics |= path_quality(trace)
     metrics |= motion(trace)
     metrics |= proximity(trace)
@@ -54,51 +56,71 @@ def navigation_metrics(trace: Trace, twin: TwinTrace | None = None) -> dict[str,
         metrics |= intrusion(trace, horizon)
     metrics |= progress(trace)
     metrics["social_work"] = social_work(trace)
-    metrics["pedestrian_delay"] = np.nan if twin is None else pedestrian_delay(trace, twin)
+    beside = None if trace.mission else twin
+    metrics["pedestrian_delay"] = np.nan if beside is None else pedestrian_delay(trace, beside)
     metrics["pedestrian_displacement"] = (
-        np.nan if twin is None else pedestrian_displacement(trace, twin)
+        np.nan if beside is None else pedestrian_displacement(trace, beside)
     )
     return metrics | forecast_errors(trace)
 
 
 def outcome(trace: Trace) -> dict[str, Value]:
-    """How the episode ended, and when; a failure is charged the whole time limit."""
-    success = trace.termination_reason == "goal"
-    seconds = float(trace.duration)
+    """How the episode ended, and how long each way took; a failure is charged the time limit."""
+    seconds = np.array([(way.stop - 1 - way.start) * trace.dt for way in trace.ways])
+    reached = ways_reached(trace)
     return {
-        "success": success,
+        "success": trace.termination_reason == "goal",
         "collision_pedestrian": trace.termination_reason == "collision_pedestrian",
         "collision_wall": trace.termination_reason == "collision_wall",
         "timeout": trace.termination_reason == "timeout",
         "collision_role": trace.collision_role,
-        "time_to_goal": seconds if success else np.nan,
-        "time_to_goal_penalized": seconds if success else float(trace.time_limit),
+        "time_to_goal": _mean_of_finite(seconds[reached]),
+        "time_to_goal_penalized": float(np.where(reached, seconds, trace.time_limit).mean()),
+    }
+
+
+def ways_reached(trace: Trace) -> NDArray[np.bool_]:
+    """(L,), which of the ways led to their goals: all but perhaps the last."""
+    reached = np.ones(len(trace.ways), dtype=np.bool_)
+    reached[-1] = trace.termination_reason == "goal"
+    return reached
+
+
+def mission(trace: Trace) -> dict[str, Value]:
+    """How many goals a mission reached, and for how long it went well; NaN for a single way."""
+    return {
+        "goals_reached": float(ways_reached(trace).sum()) if trace.mission else np.nan,
+        "time_without_contact": trace.duration if trace.mission else np.nan,
     }
 
 
 def path_quality(trace: Trace) -> dict[str, Value]:
-    """Length and turning of the robot's path against the shortest one on the map."""
-    length = float(np.linalg.norm(np.diff(trace.robot_position, axis=0), axis=1).sum())
-    shortest = trace.shortest_path_length
-    success = trace.termination_reason == "goal"
-    turned = float(np.abs(_wrapped(np.diff(trace.robot_heading))).sum())
-    unnecessary = max(0.0, turned - shortest_path_turning(trace))
+    """Length and turning of the robot's path against the shortest ones on the map."""
+    lengths = np.array([_length(trace.robot_position[way]) for way in trace.ways])
+    efficiency = trace.shortest_path_lengths / np.maximum(
+        np.maximum(lengths, trace.shortest_path_lengths), 1e-9
+    )
+    unnecessary = sum(
+        max(0.0, _turned(trace.robot_heading[way]) - shortest_path_turning(trace, way))
+        for way in trace.ways
+    )
+    length = float(lengths.sum())
     return {
         "path_length": length,
-        "spl": shortest / max(length, shortest, 1e-9) if success else 0.0,
+        "spl": float(np.where(ways_reached(trace), efficiency, 0.0).mean()),
         "path_irregularity": unnecessary / length if length > 0.1 else np.nan,
-        "cumulative_heading_change": turned,
+        "cumulative_heading_change": _turned(trace.robot_heading),
     }
 
 
-def shortest_path_turning(trace: Trace, spacing: float = 0.5) -> float:
-    """Rotation that the shortest path asks for from the robot's first heading [rad]."""
-    start = trace.robot_position[0]
-    path = geodesic_field(trace.scenario.map, trace.robot_goal).path(start, spacing)
-    legs = np.diff(path, axis=0)
-    bearings = np.arctan2(legs[:, 1], legs[:, 0])[np.linalg.norm(legs, axis=1) > 1e-6]
-    turns = np.diff(bearings, prepend=trace.robot_heading[0])
-    return float(np.abs(_wrapped(turns)).sum())
+def shortest_path_turning(trace: Trace, way: slice, spacing: float = 0.5) -> float:
+    """Rotation that the shortest path of a way asks for from its first heading on [rad]."""
+    first = way.start
+    field = geodesic_field(trace.scenario.map, trace.robot_goal[first])
+    path = field.path(trace.robot_position[first], spacing)
+    pieces = np.diff(path, axis=0)
+    bearings = np.arctan2(pieces[:, 1], pieces[:, 0])[np.linalg.norm(pieces, axis=1) > 1e-6]
+    return _turned(np.concatenate([trace.robot_heading[first : first + 1], bearings]))
 
 
 def motion(trace: Trace) -> dict[str, Value]:
@@ -202,13 +224,18 @@ def distance_to_true_paths(trace: Trace, horizon: float) -> Floats:
 def progress(trace: Trace) -> dict[str, Value]:
     """Time spent standing [s], and the number of 5 s windows without progress to the goal."""
     speed = np.linalg.norm(np.diff(trace.robot_position, axis=0), axis=1) / trace.dt
-    field = geodesic_field(trace.scenario.map, trace.robot_goal)
-    remaining = field.distance(trace.robot_position[:: round(PROGRESS_WINDOW / trace.dt)])
-    gained = remaining[:-1] - remaining[1:]
     return {
         "stalled_time": float((speed < STALLED_SPEED).sum() * trace.dt),
-        "failure_to_progress": int((gained < PROGRESS_NEEDED).sum()),
+        "failure_to_progress": sum(_windows_without_progress(trace, way) for way in trace.ways),
     }
+
+
+def _windows_without_progress(trace: Trace, way: slice) -> int:
+    field = geodesic_field(trace.scenario.map, trace.robot_goal[way.start])
+    window = round(PROGRESS_WINDOW / trace.dt)
+    remaining = field.distance(trace.robot_position[way][::window])
+    gained = remaining[:-1] - remaining[1:]
+    return int((gained < PROGRESS_NEEDED).sum())
 
 
 def social_work(trace: Trace) -> float:
@@ -271,6 +298,16 @@ def _distance_to_segments(point: Floats, start: Floats, end: Floats) -> Floats:
     share = np.clip(((point - start) * along).sum(-1) / squared, 0.0, 1.0)
     distance: Floats = np.linalg.norm(point - start - share[..., None] * along, axis=-1)
     return distance
+
+
+def _length(path: Floats) -> float:
+    """Of a path (T, 2) [m]."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+def _turned(headings: Floats) -> float:
+    """Sum of the turns between headings (T,) that follow each other [rad]."""
+    return float(np.abs(_wrapped(np.diff(headings))).sum())
 
 
 def _wrapped(angle: Floats) -> Floats:

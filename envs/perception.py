@@ -88,7 +88,7 @@ class Perception:
         crowd, robots = worlds.crowd, worlds.robots
         self._people.grow(crowd.columns)
         for world, generator in zip(rows.tolist(), generators, strict=True):
-            self._sensor.restart(world, generator)
+            self._sensor.restart(world, generator, worlds)
         self._filter.restart(rows)
         if self._foresight is not None:
             self._foresight.restart(rows)

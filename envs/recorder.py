@@ -21,7 +21,7 @@ class _Episode:
     scenario: Scenario
     world_seed: np.random.SeedSequence
     time_limit: float
-    shortest_path_length: float
+    shortest_path_lengths: list[float]
     rows: list[dict[str, Any]] = field(default_factory=list)
     rewards: list[list[float]] = field(default_factory=list)
 
@@ -43,29 +43,41 @@ class Recorder:
     ) -> None:
         """Begins the episode of one world; `add` gives it its row 0."""
         seed = fresh_seed(world_rng)
-        self._episodes[world] = _Episode(scenario, seed, time_limit, shortest_path_length)
+        self._episodes[world] = _Episode(scenario, seed, time_limit, [shortest_path_length])
+
+    def turn_back(self, world: int, shortest_path_length: float) -> None:
+        """Begins another way in the episode of one world; `add` gives it its first row."""
+        self._running(world).shortest_path_lengths.append(shortest_path_length)
 
     def add(
         self,
         rows: NDArray[np.intp],
         worlds: Worlds,
+        goal: NDArray[np.float64],
         visible: NDArray[np.bool_],
         percept: Percept,
         rewards: dict[str, NDArray[np.float64]],
     ) -> None:
-        """Adds a row to the episodes of `rows` (R,); `visible` (W, N), the rest has R in front.
+        """Adds a row to the episodes of `rows` (R,).
+
+        `goal` (W, 2) and `visible` (W, N) are of all worlds, the rest has R in front.
 
         Raises:
             RuntimeError: An episode has ended, and its world was stepped before its reset.
         """
         for place, world in enumerate(rows):
-            episode = self._episodes.get(int(world))
-            if episode is None:
-                raise RuntimeError(f"world {world}: expected a reset after the episode's end")
+            episode = self._running(int(world))
             people = len(episode.scenario.pedestrians)
             row = _state(worlds, int(world), people) | _perceived(percept, place)
-            episode.rows.append(row | {"visible": visible[world, :people].copy()})
+            row |= {"robot_goal": goal[world].copy(), "visible": visible[world, :people].copy()}
+            episode.rows.append(row)
             episode.rewards.append([float(rewards[name][place]) for name in REWARD_TERMS])
+
+    def _running(self, world: int) -> _Episode:
+        episode = self._episodes.get(world)
+        if episode is None:
+            raise RuntimeError(f"world {world}: expected a reset after the episode's end")
+        return episode
 
     def finish(self, world: int, worlds: Worlds, reason: TerminationReason) -> Trace:
         """Returns the trace of the episode that ends in one world."""
@@ -83,10 +95,10 @@ class Recorder:
             dt=self._config.policy_dt,
             frame_dt=self._config.frame_dt,
             time_limit=episode.time_limit,
+            mission=self._config.mission,
             robot_radius=self._config.robot_radius,
-            robot_goal=np.array(episode.scenario.robot_goal, dtype=np.float64),
             goal_radius=self._config.goal_radius,
-            shortest_path_length=episode.shortest_path_length,
+            shortest_path_lengths=np.array(episode.shortest_path_lengths),
             radius=episode.scenario.pedestrians.radius,
             rewards=dict(zip(REWARD_TERMS, rewards, strict=True)),
             termination_reason=reason,

@@ -18,7 +18,7 @@ def render_world(episodes: Episodes, world: int) -> NDArray[np.uint8]:
     velocity = crowd.velocity[world]
     histories, forecasts = _observed_paths(episodes, world)
     x, y = robots.position[world].tolist()
-    goal_x, goal_y = episodes.routes.goal[world].tolist()
+    goal_x, goal_y = episodes.tasks.routes.goal[world].tolist()
     return render_frame(
         picture.image,
         picture.pixel_from_world,

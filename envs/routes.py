@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from crowdsim.map import Map
 from crowdsim.scenario import Scenario
 from crowdsim.wayfinding import GeodesicField, geodesic_field
 
@@ -18,6 +19,8 @@ class Routes:
 
     def __init__(self, worlds: int):
         self.goal = np.zeros((worlds, 2))
+        self._maps: dict[int, Map] = {}
+        self._origin = np.zeros((worlds, 2))
         self._fields: dict[int, GeodesicField] = {}
 
     def restart(self, world: int, scenario: Scenario) -> None:
@@ -27,15 +30,29 @@ class Routes:
             ValueError: There is no way from the robot's start to its goal.
         """
         self.goal[world] = scenario.robot_goal
+        self._origin[world] = scenario.robot_start[:2]
+        self._maps[world] = scenario.map
+        self._find_ways(world)
+        if world in self._fields and not np.isfinite(
+            self._fields[world].length(self._origin[world])
+        ):
+            raise ValueError(
+                f"{scenario.name}: the robot's goal {scenario.robot_goal} must be reachable "
+                f"from its start {scenario.robot_start[:2]}, there is no way"
+            )
+
+    def turn_back(self, world: int) -> None:
+        """Takes for a goal where the last way began."""
+        goal = self.goal[world].copy()
+        self.goal[world] = self._origin[world]
+        self._origin[world] = goal
+        self._find_ways(world)
+
+    def _find_ways(self, world: int) -> None:
+        """Looks the ways to the goal up, where there is anything to walk around."""
         self._fields.pop(world, None)
-        if len(scenario.map.segments) > 0:
-            self._fields[world] = geodesic_field(scenario.map, self.goal[world].copy())
-            start = np.array(scenario.robot_start[:2])
-            if not np.isfinite(self._fields[world].length(start)):
-                raise ValueError(
-                    f"{scenario.name}: the robot's goal {scenario.robot_goal} must be reachable "
-                    f"from its start {scenario.robot_start[:2]}, there is no way"
-                )
+        if len(self._maps[world].segments) > 0:
+            self._fields[world] = geodesic_field(self._maps[world], self.goal[world].copy())
 
     def distance(self, position: Floats, worlds: NDArray[np.intp]) -> Floats:
         """Returns the way (R,) [m] that is left from `position` (R, 2) in `worlds` (R,)."""

@@ -1,6 +1,7 @@
 """What happened in one episode, as metrics, player and renderer read it."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -26,14 +27,16 @@ class Trace:
         physics_dt: Time of one physics step [s].
         dt: Time between rows [s].
         frame_dt: Time between forecast steps [s].
-        time_limit: Time the robot had [s].
+        time_limit: Time the robot had for each way [s].
+        mission: How long it was to go to and fro [s]; 0 is a single way.
         robot_radius: Robot's radius [m].
         robot_position: (T, 2).
         robot_velocity: (T, 2).
         robot_heading: (T,) radians, CCW from +x.
-        robot_goal: (2,).
+        robot_goal: (T, 2) where it was to go; from the row of an arrival on the next goal.
         goal_radius: Distance at which the goal counts as reached [m].
-        shortest_path_length: Length of the shortest path from start to goal on the map [m].
+        shortest_path_lengths: (L,) length of the shortest path on the map from where each of the
+            `ways` began to its goal [m].
         position: (T, N, 2) pedestrians.
         velocity: (T, N, 2) pedestrians.
         valid: (T, N), whether that pedestrian is there.
@@ -63,13 +66,14 @@ class Trace:
     dt: float
     frame_dt: float
     time_limit: float
+    mission: float
     robot_radius: float
     robot_position: NDArray[np.float64]
     robot_velocity: NDArray[np.float64]
     robot_heading: NDArray[np.float64]
     robot_goal: NDArray[np.float64]
     goal_radius: float
-    shortest_path_length: float
+    shortest_path_lengths: NDArray[np.float64]
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
     valid: NDArray[np.bool_]
@@ -93,6 +97,16 @@ class Trace:
     def duration(self) -> float:
         """Time from the reset to the last row [s]."""
         return (len(self.robot_position) - 1) * self.dt
+
+    @property
+    def ways(self) -> tuple[slice, ...]:
+        """Rows of the L ways to a goal, ends included; a single one unless in a mission.
+
+        All but the last led to their goals; that one did if `termination_reason` says so.
+        """
+        turned = np.flatnonzero((np.diff(self.robot_goal, axis=0) != 0.0).any(axis=1)) + 1
+        ends = [0, *turned.tolist(), len(self.robot_position) - 1]
+        return tuple(slice(first, last + 1) for first, last in pairwise(ends))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -97,6 +97,7 @@ class Worlds:
             max_acceleration=config.max_acceleration,
         )
         self._worlds: dict[int, World] = {}
+        self._passages: dict[int, Passage] = {}
         self._gaps = np.full((count, config.physics_steps + 1, 2), np.inf)
         self.crowd = Crowd.empty(count, 1)
         self.robots = RobotState.zeros(count)
@@ -128,6 +129,7 @@ class Worlds:
             former=self._worlds.get(world),
         )
         self._worlds[world] = running
+        self._passages.pop(world, None)
         self.crowd.restart(world, running)
         self.robots.restart(world, scenario.robot_start)
         self.clearance_pedestrian[world] = running.robot_clearance
@@ -141,12 +143,30 @@ class Worlds:
         config = self._config
         velocities = robot.drive(self.robots, config.physics_dt, config.physics_steps)
         run = self._run_recorded if self._record else self._run
-        passages = {}
         for world, running in self._worlds.items():
-            passages[world] = run(world, running, velocities[world])
-            self._gaps[world] = passages[world].clearances
-            self._read(world, running, passages[world].states[-1])
-        self._judge(passages)
+            passage = run(world, running, velocities[world])
+            self._passages[world] = passage
+            self._gaps[world] = passage.clearances
+            self._read(world, running, passage.states[-1])
+        self._judge()
+
+    def people_before(self, world: int, seconds: float) -> Floats:
+        """Returns where the people of one world were (N, 2) so long ago [m].
+
+        Bodies move evenly within a physics step, so that nothing is lost between its ends.
+
+        Args:
+            world: Which.
+            seconds: How long ago, at most a policy period; right after a restart it is now.
+        """
+        if world not in self._passages:
+            return self.crowd.position[world, : len(self._worlds[world].ids)]
+        people = self._passages[world].states[:, :-1, :2]
+        steps = seconds / self._config.physics_dt
+        later = len(people) - 1 - int(steps)
+        share = steps - int(steps)
+        earlier = max(later - 1, 0)
+        return np.asarray(people[later] + share * (people[earlier] - people[later]))
 
     def _run(self, _: int, running: World, velocities: Floats) -> Passage:
         return running.run(velocities)
@@ -166,14 +186,14 @@ class Worlds:
         self.robots.position[world] = state[-1, :2]
         self.robots.velocity[world] = state[-1, 2:]
 
-    def _judge(self, passages: dict[int, Passage]) -> None:
+    def _judge(self) -> None:
         """Tells from the gaps after each step how near the robots came and whom they touched."""
         self.clearance_pedestrian, self.clearance_wall = self._gaps.min(axis=1).T
         touched = np.asarray((self._gaps[:, 1:] <= CONTACT_GAP).any(axis=1))  # (W, 2)
         self.touched_pedestrian, self.touched_wall = touched.T
         self.collision_role = [None] * len(touched)
         for world in np.flatnonzero(self.touched_pedestrian).tolist():
-            self.collision_role[world] = self._role(world, passages[world])
+            self.collision_role[world] = self._role(world, self._passages[world])
 
     def _role(self, world: int, passage: Passage) -> CollisionRole:
         """Who moved faster toward the other just before they touched.

@@ -33,8 +33,8 @@ class Episode {
 
   async decodeAll() {
     const r = this.record;
-    [this.people, this.ids, this.robot, this.seen] = await Promise.all(
-      [r.people, r.ids, r.robot, r.seen].map(decode));
+    [this.people, this.ids, this.robot, this.seen, this.goals] = await Promise.all(
+      [r.people, r.ids, r.robot, r.seen, r.goal].map(decode));
     if (r.forecast) {
       [this.forecast, this.columns] = await Promise.all([r.forecast, r.columns].map(decode));
     }
@@ -48,6 +48,8 @@ class Episode {
     const i = 2 * (t * this.record.count + n);
     return [this.people[i] / 100, this.people[i + 1] / 100];
   }
+
+  goal(t) { return [this.goals[2 * t] / 100, this.goals[2 * t + 1] / 100]; }
 
   robotAt(t) {
     return [this.robot[3 * t] / 100, this.robot[3 * t + 1] / 100, this.robot[3 * t + 2] / 1000];
@@ -89,7 +91,7 @@ class Stage {
     const row = Math.floor(t);
     this.context.setTransform(1, 0, 0, 1, 0, 0);
     this.context.drawImage(this.image, 0, 0, this.canvas.width, this.canvas.height);
-    this.drawGoal(episode.record.goal);
+    this.drawGoal(episode.goal(row));
     if (layers.history) this.drawHistories(row, t);
     if (layers.truth) this.drawTruth(row);
     if (layers.forecast && episode.forecast) this.drawForecasts(row);

@@ -77,7 +77,7 @@ def pack_episode(episode: RecordedEpisode) -> dict[str, Any]:
         "steps": len(trace.position),
         "count": trace.position.shape[1],
         "dt": trace.dt,
-        "goal": np.round(trace.robot_goal, 2).tolist(),
+        "goal": pack(100 * trace.robot_goal),
         "robot_radius": trace.robot_radius,
         "radius": np.round(trace.radius, 3).tolist(),
         "people": pack(100 * people),
@@ -122,7 +122,7 @@ def view_of(traces: Sequence[Trace]) -> dict[str, Any]:
 
 def view_bounds(map_: Map, traces: Sequence[Trace]) -> Bounds:
     """Box around the robots' paths and goals, not larger than the map [m]."""
-    points = [trace.robot_goal[None] for trace in traces]
+    points = [trace.robot_goal for trace in traces]
     points += [trace.robot_position for trace in traces]
     together = np.concatenate(points)
     low = np.maximum(together.min(axis=0) - MARGIN, map_.bounds[:2])

@@ -90,7 +90,7 @@ def draw(
         robot=pose,
         robot_radius=trace.robot_radius,
         robot_history=trace.robot_position[: row + 1],
-        robot_goal=(float(trace.robot_goal[0]), float(trace.robot_goal[1])),
+        robot_goal=(float(trace.robot_goal[row, 0]), float(trace.robot_goal[row, 1])),
         text=_text(trace, row, title),
         scale=scale,
     )

@@ -228,7 +228,7 @@ def test_a_trace_tells_the_whole_episode(scene):
     assert trace.valid.shape == trace.ids.shape == trace.visible.shape == (rows, 2)
     assert trace.forecast.shape == (rows, 8, 12, 2)
     assert_array_equal(np.sort(trace.forecast_ids[0]), [-1] * 6 + [0, 1])
-    assert trace.shortest_path_length == pytest.approx(8.0)
+    assert trace.shortest_path_lengths == pytest.approx(8.0)
     now = np.linalg.norm(trace.position - trace.robot_position[:, None], axis=-1) - 0.25 - 0.3
     assert (trace.clearance_pedestrian <= now.min(axis=1) + 1e-9).all()
     assert trace.clearance_pedestrian[0] == pytest.approx(now[0].min())

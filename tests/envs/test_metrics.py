@@ -65,7 +65,7 @@ def test_a_failure_is_charged_the_limit_and_earns_no_spl() -> None:
 
 
 def test_a_detour_halves_spl() -> None:
-    trace = make_trace(ROBOT, [], shortest_path_length=2.5)
+    trace = make_trace(ROBOT, [], shortest_path_lengths=np.array([2.5]))
     assert navigation_metrics(trace)["spl"] == pytest.approx(0.5)
 
 

@@ -63,7 +63,7 @@ def test_a_person_is_where_the_world_has_them():
     assert_allclose(observation["forecast"], percept.forecast[row], atol=1e-4)
     robots = episodes.worlds.robots
     assert_allclose(observation["pose"], [*robots.position[0], robots.heading[0]], atol=1e-6)
-    assert_allclose(observation["robot"][GOAL], episodes.routes.goal[0], atol=1e-4)
+    assert_allclose(observation["robot"][GOAL], episodes.tasks.routes.goal[0], atol=1e-4)
     assert_allclose(observation["robot"][VELOCITY], robots.velocity[0], atol=1e-5)
 
 
