@@ -13,8 +13,15 @@ if TYPE_CHECKING:
 
     from envs.config import CrowdNavConfig
 
-UPDATE_STEPS = 64
-"""Steps of every environment between two updates of the weights."""
+UPDATE_STEPS = 16
+"""Steps of every environment between two updates of the weights: many small updates reach the
+goal in half the steps that few large ones need."""
+
+LEARNING_RATE = 7e-4
+"""At the start; it falls to 0 in a straight line."""
+
+DISCOUNT = 0.98
+"""Per step: 10 s ahead count 1/e."""
 
 
 def train_policy(
@@ -23,7 +30,7 @@ def train_policy(
     robot: Literal["unicycle", "holonomic", "bicycle"] = "unicycle",
     forecaster: str = "constant_velocity",
     steps: PositiveInt = 500_000,
-    environments: PositiveInt = 32,
+    environments: PositiveInt = 64,
     out: Path = Path("runs/policy"),
     seed: NonNegativeInt = 0,
 ) -> None:
@@ -66,20 +73,21 @@ def train_policy(
 def make_environment(config: "CrowdNavConfig", environments: int, seed: int) -> "VecEnv":
     """Environments side by side, as Stable-Baselines3 takes them, seeded for training.
 
-    The episodes' seeds are drawn, so that they are not the small numbers of an evaluation.
+    Rewards are divided by the spread of the returns; the curve shows them as they are. The
+    episodes' seeds are drawn, so that they are not the small numbers of an evaluation.
     """
     from dataclasses import asdict
 
     import gymnasium
     import numpy as np
-    from stable_baselines3.common.vec_env import VecMonitor
+    from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
     from envs.sb3 import SB3VecEnv
 
     vector = gymnasium.make_vec("crowdnav/CrowdNav-v0", num_envs=environments, **asdict(config))
     env = VecMonitor(SB3VecEnv(vector), info_keywords=("is_success",))
     env.seed(int(np.random.SeedSequence(seed).generate_state(1)[0]))
-    return env
+    return VecNormalize(env, norm_obs=False, gamma=DISCOUNT)
 
 
 def make_model(env: "VecEnv", seed: int) -> "PPO":
@@ -94,9 +102,11 @@ def make_model(env: "VecEnv", seed: int) -> "PPO":
     return PPO(
         "MultiInputPolicy",
         env,
-        learning_rate=5e-4,
+        learning_rate=lambda left: left * LEARNING_RATE,
         n_steps=UPDATE_STEPS,
         batch_size=min(256, UPDATE_STEPS * env.num_envs),
+        n_epochs=4,
+        gamma=DISCOUNT,
         policy_kwargs=policy_keywords() | {"log_std_init": -0.5},
         device="cpu",
     )
