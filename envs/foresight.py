@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from envs.config import CrowdNavConfig
 from envs.forecasters import Situation, WorldForecast, WorldForecaster
-from envs.ghosts import Ghosts, along
+from envs.ghosts import Ghosts, Ways, along
 from envs.tracker import Observed, Rows
 
 Floats = NDArray[np.float64]
@@ -39,10 +39,10 @@ class Outlook:
 class Foresight:
     """Asks the forecaster, and holds on to what it said of people who are now out of sight.
 
-    The forecast of somebody unseen is the one made when the robot last saw them, from where it
-    leads by now on; after its end they go straight on. Its radii are those of that many seconds
-    ahead, so that they grow. Who was not forecast when last seen is forecast as if seen now, with
-    the same wider radii.
+    How sure a forecast is depends on how many frames of history it was made from. The forecast of
+    somebody unseen is the one made when the robot last saw them, from where it leads by now on;
+    after its end they go straight on. Its radii are those of that many seconds ahead, so that they
+    grow. Who was not forecast when last seen is forecast as if seen now, with the same wider radii.
 
     Attributes:
         ghosts: Forecasts of people out of sight; None if tracks end where sight does.
@@ -79,22 +79,21 @@ class Foresight:
         began = time.perf_counter()
         made = self._forecaster.forecast(situation)
         seconds = (time.perf_counter() - began) / len(situation.indices)
-        paths, probability = _chosen(made, observed)
-        radius = made.radius[None, None]
+        ways, late = _chosen(made, situation, observed), None
         if self.ghosts is not None:
             since = observed.take(unseen[rows])
-            now = observed.take(situation.history[:, -1])[:, :, None, None]
-            knots = np.concatenate((np.broadcast_to(now, (*paths.shape[:3], 1, 2)), paths), axis=3)
-            self.ghosts.remember(rows, unseen[rows] == 0, observed, knots, probability)
-            paths, probability = self.ghosts.replace(rows, observed, since, paths, probability)
-            radius = grown(made.radius, since / self._steps_per_frame)
+            now = observed.take(situation.history[:, -1])
+            self.ghosts.remember(rows, unseen[rows] == 0, observed, now, ways)
+            ways = self.ghosts.replace(rows, observed, since, ways)
+            late = since / self._steps_per_frame
+        radius = made.radius[np.maximum(ways.frames_seen - 1, 0)]  # (R, K, F)
         there = observed.valid[:, :, None]
-        paths = paths * there[..., None, None]
+        paths = ways.paths * there[..., None, None]
         return Outlook(
             position=paths[:, :, 0],
-            radius=radius * there,
+            radius=(radius if late is None else grown(radius, late)) * there,
             modes=None if made.modes is None else paths[:, :, 1:],
-            probability=None if made.modes is None else probability * there,
+            probability=None if made.modes is None else ways.probability * there,
             seconds=seconds,
         )
 
@@ -102,18 +101,23 @@ class Foresight:
 def grown(radius: Floats, late: Floats) -> Floats:
     """Returns (R, K, F) radii of forecasts that were made `late` (R, K) frames ago.
 
-    Between the radii (F,) and beyond them they grow evenly.
+    Between the radii (R, K, F) and beyond them they grow evenly.
     """
-    frames = np.arange(1.0, len(radius) + 1.0) + late[..., None]
-    curve = np.append(0.0, radius)[:, None]
-    return along(np.broadcast_to(curve, (*late.shape, *curve.shape)), frames)[..., 0]
+    frames = np.arange(1.0, radius.shape[-1] + 1.0) + late[..., None]
+    curve = np.concatenate((np.zeros((*late.shape, 1)), radius), axis=-1)
+    return along(curve[..., None], frames)[..., 0]
 
 
-def _chosen(made: WorldForecast, observed: Observed) -> tuple[Floats, Floats]:
-    """Paths (R, K, 1 + M, F, 2) and probabilities (R, K, M) of the observed."""
+def _chosen(made: WorldForecast, situation: Situation, observed: Observed) -> Ways:
+    """What is forecast freshly for the observed."""
     forecast = np.moveaxis(observed.take(made.position, axis=2), 2, 1)[:, :, None]
+    frames_seen = observed.take(situation.valid.sum(axis=1))
     if made.modes is None or made.probability is None:
-        return forecast, np.zeros((*forecast.shape[:2], 0))
+        nothing = np.zeros((*forecast.shape[:2], 0))
+        return Ways(paths=forecast, probability=nothing, frames_seen=frames_seen)
     modes = np.moveaxis(observed.take(made.modes, axis=3), 3, 1)
-    probability = np.moveaxis(observed.take(made.probability, axis=2), 2, 1)
-    return np.concatenate((forecast, modes), axis=2), probability
+    return Ways(
+        paths=np.concatenate((forecast, modes), axis=2),
+        probability=np.moveaxis(observed.take(made.probability, axis=2), 2, 1),
+        frames_seen=frames_seen,
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,21 @@ from envs.tracker import Observed, Rows
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Steps = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ways:
+    """Where K observed people of R worlds go, as far as somebody can tell.
+
+    Attributes:
+        paths: (R, K, P, F, 2) the forecast, and after it its modes [m].
+        probability: (R, K, P - 1) of the modes.
+        frames_seen: (R, K) frames of history that they were forecast from.
+    """
+
+    paths: Floats
+    probability: Floats
+    frames_seen: Steps
 
 
 class Ghosts:
@@ -24,6 +41,7 @@ class Ghosts:
         self._steps_per_frame = steps_per_frame
         self._knots = np.zeros((worlds, 0, paths, frames + 1, 2))
         self._probability = np.zeros((worlds, 0, paths - 1))
+        self._frames_seen = np.zeros((worlds, 0), dtype=np.int64)
         self._led = np.zeros((worlds, 0), dtype=np.bool_)
 
     def restart(self, rows: NDArray[np.intp]) -> None:
@@ -31,12 +49,7 @@ class Ghosts:
         self._led[rows] = False
 
     def remember(
-        self,
-        rows: Rows,
-        seen: Flags,
-        observed: Observed,
-        paths: Floats,
-        probability: Floats,
+        self, rows: Rows, seen: Flags, observed: Observed, now: Floats, ways: Ways
     ) -> None:
         """Keeps the forecasts of who is seen now, and forgets older ones of theirs.
 
@@ -44,15 +57,17 @@ class Ghosts:
             rows: Which worlds.
             seen: (R, N), who is seen.
             observed: Who is observed, and so was forecast.
-            paths: (R, K, P, F + 1, 2) where they are and will be.
-            probability: (R, K, P - 1) of the modes.
+            now: (R, K, 2) where they are [m].
+            ways: Where they will be.
         """
         indices = np.arange(len(self._led))[rows]
         self._led[rows] = np.where(seen, False, self._led[rows])
         place, slot = np.nonzero(observed.valid & observed.take(seen))
         world, column = indices[place], observed.slot[place, slot]
-        self._knots[world, column] = paths[place, slot]
-        self._probability[world, column] = probability[place, slot]
+        self._knots[world, column, :, 0] = now[place, slot, None]
+        self._knots[world, column, :, 1:] = ways.paths[place, slot]
+        self._probability[world, column] = ways.probability[place, slot]
+        self._frames_seen[world, column] = ways.frames_seen[place, slot]
         self._led[world, column] = True
 
     def lead(self, rows: Rows, unseen: Steps) -> tuple[Flags, Floats]:
@@ -67,28 +82,32 @@ class Ghosts:
         since = unseen[..., None] / self._steps_per_frame
         return led[..., None], along(self._knots[rows][:, :, 0], since)[:, :, 0]
 
-    def replace(
-        self, rows: Rows, observed: Observed, unseen: Steps, paths: Floats, probability: Floats
-    ) -> tuple[Floats, Floats]:
-        """Returns paths (R, K, P, F, 2) and probabilities of the observed with the ghosts' own.
+    def replace(self, rows: Rows, observed: Observed, unseen: Steps, ways: Ways) -> Ways:
+        """Returns the ways of the observed with the ghosts' own in place of fresh ones.
 
         Args:
             rows: Which worlds.
             observed: Whose they are.
             unseen: (R, K) steps since they were last seen.
-            paths: (R, K, P, F, 2), fresh ones.
-            probability: (R, K, P - 1), likewise.
+            ways: Fresh ones.
         """
-        led = (observed.take(self._led[rows]) & (unseen > 0))[..., None]
-        frames = np.arange(1.0, paths.shape[3] + 1.0) + unseen[..., None] / self._steps_per_frame
-        held = along(observed.take(self._knots[rows]), frames[:, :, None])
-        kept = observed.take(self._probability[rows])
-        return np.where(led[..., None, None], held, paths), np.where(led, kept, probability)
+        led = observed.take(self._led[rows]) & (unseen > 0)
+        frames = np.arange(1.0, ways.paths.shape[3] + 1.0)
+        later = frames + unseen[..., None] / self._steps_per_frame
+        held = along(observed.take(self._knots[rows]), later[:, :, None])
+        probability = observed.take(self._probability[rows])
+        frames_seen = observed.take(self._frames_seen[rows])
+        return Ways(
+            paths=np.where(led[..., None, None, None], held, ways.paths),
+            probability=np.where(led[..., None], probability, ways.probability),
+            frames_seen=np.where(led, frames_seen, ways.frames_seen),
+        )
 
     def _grow(self, columns: int) -> None:
         more = ((0, 0), (0, columns - self._led.shape[1]))
         self._knots = np.pad(self._knots, (*more, (0, 0), (0, 0), (0, 0)))
         self._probability = np.pad(self._probability, (*more, (0, 0)))
+        self._frames_seen = np.pad(self._frames_seen, more)
         self._led = np.pad(self._led, more)
 
 

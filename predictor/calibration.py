@@ -56,16 +56,21 @@ def temperatures(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArra
     return np.asarray(np.sqrt(low * high))
 
 
-def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64] | None:
+def radius_of(
+    about: dict[str, Any], history_steps: int, forecast_steps: int
+) -> NDArray[np.float64] | None:
     """The radii [m] that the description of a checkpoint holds; None without calibration.
 
     Returns:
-        (F,) for the frames that the network was trained for or, where rolled forecasts were
-        measured too (`predictor.rolled_calibration`), (R,) with those of the frames beyond. These
-        come from people who stayed longer, and are not let fall below those of earlier frames.
+        (T, F), in row k of people seen in k + 1 frames, for the frames that the network was
+        trained for; all rows alike where short histories were not measured
+        (`predictor.short_calibration`). Where rolled forecasts were measured too
+        (`predictor.rolled_calibration`), (T, R) with those of the frames beyond. These come from
+        people who stayed longer, and are not let fall below those of earlier frames.
 
     Raises:
-        ValueError: They are not F positive numbers for `LEVEL`, or not positive beyond.
+        ValueError: They are not F positive numbers for `LEVEL`, or not positive beyond or of the
+            T - 1 shorter histories.
     """
     kept = about.get("calibration")
     if kept is None:
@@ -80,18 +85,37 @@ def radius_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64]
         raise ValueError(
             f"expected a calibration of {forecast_steps} radii for coverage {LEVEL}, found {kept}"
         )
-    return radius if "rolled" not in kept else _with_rolled(radius, kept["rolled"])
+    table = np.tile(radius, (history_steps, 1))
+    if "short" in kept:
+        table[:-1] = _of_short(kept["short"], (history_steps - 1, forecast_steps))
+    return table if "rolled" not in kept else _with_rolled(table, kept["rolled"])
 
 
-def _with_rolled(radius: NDArray[np.float64], rolled: Any) -> NDArray[np.float64]:
-    """(R,) radii of which the first F are those of a single pass."""
+def _of_short(short: Any, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """(T - 1, F) radii of histories shorter than T."""
     try:
-        beyond = np.array(rolled["radius"][len(radius) :], dtype=np.float64)
+        radius = np.array(short["radius"], dtype=np.float64)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"expected the radii of short histories, found {short}") from error
+    if radius.shape != shape or not (radius >= 0.0).all():
+        raise ValueError(
+            f"expected positive radii of short histories shaped {shape}, found {short}"
+        )
+    return radius
+
+
+def _with_rolled(table: NDArray[np.float64], rolled: Any) -> NDArray[np.float64]:
+    """(T, R) radii of which the first F are those of a single pass."""
+    steps = table.shape[1]
+    try:
+        beyond = np.array(rolled["radius"][steps:], dtype=np.float64)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"expected the radii of rolled forecasts, found {rolled}") from error
     if beyond.ndim != 1 or not (beyond >= 0.0).all():
         raise ValueError(f"expected positive radii of rolled forecasts, found {rolled}")
-    return np.concatenate([radius, np.maximum.accumulate([radius[-1], *beyond])[1:]])
+    longer = np.concatenate([table, np.tile(beyond, (len(table), 1))], axis=1)
+    longer[:, steps - 1 :] = np.maximum.accumulate(longer[:, steps - 1 :], axis=1)
+    return longer
 
 
 def temperature_of(about: dict[str, Any], forecast_steps: int) -> NDArray[np.float64]:

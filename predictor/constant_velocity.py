@@ -12,6 +12,11 @@ RADIUS: Final = (0.107, 0.262, 0.443, 0.646, 0.866, 1.097, 1.334, 1.583, 1.84, 2
 """Split-conformal radii (`predictor.calibration`) after 0.4, 0.8 ... 4.8 s [m]. Measured on 91,805
 windows of simulated crowds: `crowdnav generate --scenario mixed --hours 8 --seconds 24 --seed 1
 --out runs/crowds8` and `python tests/validation/constant_velocity_radius.py runs/crowds8`."""
+RADIUS_SEEN_ONCE: Final = (
+    *(0.527, 1.048, 1.561, 2.071, 2.575, 3.073),
+    *(3.567, 4.061, 4.549, 5.038, 5.526, 6.015),
+)
+"""The same of who was seen once and so is taken to stand: how far people get. The same windows."""
 RADIUS_DT: Final = 0.4
 """Time between two of them [s]."""
 
@@ -33,13 +38,27 @@ def constant_velocity(
     return _straight_on(history[..., -1, :, :], step, forecast_steps)
 
 
-def calibrated_radius(times: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Radius that holds the truth in 9 of 10 cases so long ahead [m]; likewise shaped `times` [s].
+def calibrated_radius(times: NDArray[np.floating], history_steps: int) -> NDArray[np.float64]:
+    """Radii that hold the truth in 9 of 10 cases, after so many frames of history.
 
-    Between the times of `RADIUS` it is interpolated. After them it goes on to grow as fast as it
-    last did.
+    Between the times of `RADIUS` they are interpolated. After them they go on to grow as fast as
+    they last did.
+
+    Args:
+        times: (F,) how far ahead [s].
+        history_steps: Frames of history that a person may have been seen in (T).
+
+    Returns:
+        (T, F) radii [m], in row k of who was seen in k + 1 frames: only the first row differs, as
+        more than two frames tell constant velocity nothing.
     """
-    measured = np.array([0.0, *RADIUS])
+    several = np.tile(_at_times(RADIUS, times), (history_steps - 1, 1))
+    return np.concatenate([_at_times(RADIUS_SEEN_ONCE, times)[None], several])
+
+
+def _at_times(radius: Sequence[float], times: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(F,) radii between those measured `RADIUS_DT` apart, and beyond them."""
+    measured = np.array([0.0, *radius])
     growth = (measured[-1] - measured[-2]) / RADIUS_DT
     known = RADIUS_DT * np.arange(len(measured))
     within = np.interp(times, known, measured)
@@ -58,7 +77,7 @@ class ConstantVelocityForecaster:
         self.history_steps = history_steps
         self.frame_dt = frame_dt
         self.radius: NDArray[np.float64] | None = calibrated_radius(
-            frame_dt * np.arange(1.0, forecast_steps + 1.0)
+            frame_dt * np.arange(1.0, forecast_steps + 1.0), history_steps
         )
 
     def forecast(

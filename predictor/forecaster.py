@@ -69,8 +69,9 @@ class CalibratedForecaster(Protocol):
     """A forecaster that may know how far off it is.
 
     Attributes:
-        radius: (F,) radius around each forecast position within which the person was found in
-            `predictor.calibration.LEVEL` of the cases kept for validation [m]; None if unknown.
+        radius: (T, F) radius around each forecast position within which the person was found in
+            `predictor.calibration.LEVEL` of the cases kept for validation [m], in row k of people
+            seen in k + 1 of the T frames of history; None if unknown.
     """
 
     radius: NDArray[np.float64] | None

@@ -43,14 +43,14 @@ class NetworkForecaster:
     Args:
         network: Trained network, or an exported one.
         forecast_steps: Frames to forecast; None for those the network was trained for.
-        radius: (R,) how far from the truth it stayed on validation (`predictor.calibration`) [m],
-            for the first R frames; None where nobody measured it.
+        radius: (T, R) how far from the truth it stayed on validation (`predictor.calibration`) [m],
+            for the first R frames and each length of history; None where nobody measured it.
         temperature: (F,) factors on the covariances of its modes (`predictor.calibration`), for
             the frames that it was trained for; None where nobody measured them.
         ablation: What of its inputs it is shown.
 
     Attributes:
-        radius: That of the frames that are forecast; None where it is not known for all of them.
+        radius: (T, F) of the frames that are forecast; None where it is not known for all of them.
         modes: How many modes `forecast_modes` gives; 0 if the network has none, where frames are
             forecast beyond those that it was trained for, and where forecasts are averaged.
     """
@@ -75,7 +75,8 @@ class NetworkForecaster:
         )
         rolled = self.forecast_steps > network.config.forecast_steps
         if radius is not None:
-            radius = radius[: self.forecast_steps] if len(radius) >= self.forecast_steps else None
+            known = radius.shape[1] >= self.forecast_steps
+            radius = radius[:, : self.forecast_steps] if known else None
         self.radius = radius
         config = network.config
         one_path = rolled or ablation.mirrored
@@ -93,11 +94,11 @@ class NetworkForecaster:
         """
         network: Network | OnnxNetwork
         network, about = load_onnx(path) if path.suffix == ".onnx" else load_checkpoint(path)
-        steps = network.config.forecast_steps
+        history_steps, steps = network.config.history_steps, network.config.forecast_steps
         return cls(
             network,
             forecast_steps=forecast_steps,
-            radius=radius_of(about, steps),
+            radius=radius_of(about, history_steps, steps),
             temperature=temperature_of(about, steps),
             ablation=ablation,
         )

@@ -1,7 +1,7 @@
 """Scenes: the windows of history + future that a recording is cut into."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,3 +71,9 @@ def _scene(recording: Recording, rows: slice, history_steps: int) -> Scene:
         future=positions[history_steps:, seen[agents]],
         recording=recording,
     )
+
+
+def with_last_frames(scene: Scene, frames: int) -> Scene:
+    """The scene as it is for who began to look `frames` frames ago: all earlier ones are hidden."""
+    shown = np.arange(len(scene.valid)) >= len(scene.valid) - frames
+    return replace(scene, valid=scene.valid & shown[:, None])

@@ -69,21 +69,28 @@ def trajectory_errors(
         ValueError: Another `dt` than the forecaster's, no window with an agent, or pixels where a
             recording has no picture.
     """
-    radius = forecaster.radius if isinstance(forecaster, CalibratedForecaster) else None
+    radius = _full_history_radius(forecaster)
     known = {} if grounds is None else grounds
     parts: list[TrajectoryErrors] = []
     bar = tqdm(desc=recordings[0].name, unit="window", disable=not progress)
-    for chunk in _chunks(_all_scenes(forecaster, recordings)):
-        for scene, (forecast, modes) in zip(chunk, _forecasts(forecaster, chunk), strict=True):
+    for batch in batches(forecaster, recordings):
+        for scene, (forecast, modes) in zip(batch, _forecasts(forecaster, batch), strict=True):
             measures = _measures(scene, forecast, radius, known.get(scene.recording.name))
             if modes is not None:
                 measures |= _measures_of_modes(scene, modes, unit)
             parts.append(_of_scene(scene, forecast, unit, measures, number=len(parts)))
-        bar.update(len(chunk))
+        bar.update(len(batch))
     bar.close()
     if not parts:
         raise ValueError(f"expected people to forecast in {recordings[0].name}…, found none")
     return _joined(parts, radius)
+
+
+def _full_history_radius(forecaster: Forecaster) -> NDArray[np.float64] | None:
+    """(F,) radii of people seen in all frames of history, as the agents of scenes are [m]."""
+    if not isinstance(forecaster, CalibratedForecaster) or forecaster.radius is None:
+        return None
+    return np.asarray(forecaster.radius[-1])
 
 
 def _of_scene(
@@ -172,6 +179,13 @@ def _homogeneous(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
 
 
+def batches(forecaster: Forecaster, recordings: Sequence[Recording]) -> Iterator[list[Scene]]:
+    """All scenes of some recordings as the forecaster takes them, so many as one call forecasts."""
+    every = _all_scenes(forecaster, recordings)
+    while batch := list(islice(every, WORLDS)):
+        yield batch
+
+
 def _all_scenes(forecaster: Forecaster, recordings: Sequence[Recording]) -> Iterator[Scene]:
     for recording in recordings:
         yield from scenes(
@@ -180,11 +194,6 @@ def _all_scenes(forecaster: Forecaster, recordings: Sequence[Recording]) -> Iter
             forecast_steps=forecaster.forecast_steps,
             frame_dt=forecaster.frame_dt,
         )
-
-
-def _chunks(every: Iterator[Scene]) -> Iterator[list[Scene]]:
-    while chunk := list(islice(every, WORLDS)):
-        yield chunk
 
 
 def _forecasts(

@@ -46,7 +46,7 @@ class Oracle:
             fork = self._fork(world, situation.worlds.running(world))
             columns = len(fork.ids)
             forecast[row, :, :columns] = _run(fork, commands[row], steps_per_frame)
-        return WorldForecast(position=forecast, radius=np.zeros(frames))
+        return WorldForecast(position=forecast, radius=np.zeros((config.history_steps, frames)))
 
     def _fork(self, world: int, running: World) -> World:
         """A fork in the state of `running`; to restore one is quicker than to build one."""
@@ -130,9 +130,8 @@ class NoisyOracle:
 
     def forecast(self, situation: Situation) -> WorldForecast:
         """Blurs what the oracle sees; the radii are those of `sigma` alone."""
-        path = self._oracle.forecast(situation).position
-        now = situation.history[:, -1:]
-        path = delayed(path, now, self._blur.delay / self._frame_dt)
+        exact, now = self._oracle.forecast(situation), situation.history[:, -1:]
+        path = delayed(exact.position, now, self._blur.delay / self._frame_dt)
         growth = np.arange(1.0, len(path[0]) + 1.0)[:, None, None] / len(path[0])
         for row, world in enumerate(situation.indices.tolist()):
             rng, people = self._rng[world], len(situation.worlds.running(world).ids)
@@ -140,7 +139,8 @@ class NoisyOracle:
             own += self._blur.sigma * growth * rng.standard_normal((people, 2))
             dropped = rng.random(people) < self._blur.drop
             own[:, dropped] = now[row, :, :people][:, dropped]
-        return WorldForecast(position=path, radius=NINE_IN_TEN * self._blur.sigma * growth[:, 0, 0])
+        wider = NINE_IN_TEN * self._blur.sigma * growth[:, 0, 0]
+        return WorldForecast(position=path, radius=exact.radius + wider)
 
 
 def delayed(path: Floats, now: Floats, frames: float) -> Floats:

@@ -50,7 +50,8 @@ class WorldForecast:
 
     Attributes:
         position: (R, F, N, 2) [m], finite; meaningless for who was not selected.
-        radius: (F,) within which 9 in 10 people are expected of their positions [m].
+        radius: (T, F) within which 9 in 10 people are expected of their positions [m], in row k of
+            people seen in k + 1 frames of their history.
         modes: (R, M, F, N, 2) other ways that they may go, the likeliest first [m]; None where
             nobody asked for them.
         probability: (R, M, N) of the modes; None likewise.

@@ -51,10 +51,11 @@ class TrackForecaster:
 
 
 def radius_of(forecaster: Forecaster) -> Floats:
-    """Returns the calibrated radii (F,) of a forecaster [m], or else those of constant velocity."""
+    """Returns the calibrated radii (T, F) of a forecaster [m], or those of constant velocity."""
     if isinstance(forecaster, CalibratedForecaster) and forecaster.radius is not None:
         return forecaster.radius
-    return calibrated_radius(forecaster.frame_dt * np.arange(1.0, forecaster.forecast_steps + 1.0))
+    times = forecaster.frame_dt * np.arange(1.0, forecaster.forecast_steps + 1.0)
+    return calibrated_radius(times, forecaster.history_steps)
 
 
 def _question(situation: Situation) -> tuple[Any, ...]:

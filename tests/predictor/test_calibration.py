@@ -9,7 +9,7 @@ from hand_made_crowds import baseline, walkers
 from crowdsim.recordings import write_recordings
 from predictor.calibration import calibration, conformal_radius, radius_of
 from predictor.checkpoint import save_checkpoint
-from predictor.constant_velocity import RADIUS, ConstantVelocityForecaster
+from predictor.constant_velocity import RADIUS, RADIUS_SEEN_ONCE, ConstantVelocityForecaster
 from predictor.evaluate import evaluate
 from predictor.forecaster import CalibratedForecaster, make_forecaster
 from predictor.networks import configuration
@@ -44,10 +44,10 @@ def test_a_checkpoint_keeps_it_and_the_table_tells_the_coverage(tmp_path: Path) 
     assert len(row["coverage_per_step"]) == len(row["radius_per_step"]) == 12
     assert row["radius_mean"] == pytest.approx(np.mean(row["radius_per_step"]))
     assert np.all(np.diff(row["radius_per_step"]) > 0.0)
-    for horizon, steps in ((2.0, 5), (9.6, None)):
+    for horizon, shape in ((2.0, (8, 5)), (9.6, None)):
         other = make_forecaster(str(out), horizon=horizon)
         assert isinstance(other, CalibratedForecaster)
-        assert (None if other.radius is None else len(other.radius)) == steps
+        assert (None if other.radius is None else other.radius.shape) == shape
 
 
 @pytest.mark.parametrize("kept", [{"radius": [1.0]}, {"coverage": 0.9, "radius": [-1.0] * 12}, 3])
@@ -58,20 +58,21 @@ def test_a_calibration_that_does_not_fit_is_refused(kept: object, tmp_path: Path
 
 
 def test_no_calibration_is_none() -> None:
-    assert radius_of({}, 12) is None
-    radius = radius_of({"calibration": calibration(np.full((50, 12), 0.5))}, 12)
+    assert radius_of({}, 8, 12) is None
+
+
+def test_without_short_histories_all_have_the_radii_of_the_whole() -> None:
+    radius = radius_of({"calibration": calibration(np.full((50, 12), 0.5))}, 8, 12)
     assert radius is not None
-    assert radius.tolist() == [0.5] * 12
+    assert radius.tolist() == [[0.5] * 12] * 8
 
 
 def test_constant_velocity_knows_its_radii_at_any_horizon_and_frame() -> None:
     forecaster = make_forecaster("constant_velocity")
     assert isinstance(forecaster, CalibratedForecaster)
-    np.testing.assert_allclose(forecaster.radius, RADIUS)
+    np.testing.assert_allclose(forecaster.radius, [RADIUS_SEEN_ONCE, *[RADIUS] * 7])
     long = ConstantVelocityForecaster(forecast_steps=48).radius
     fine = ConstantVelocityForecaster(forecast_steps=96, frame_dt=0.2).radius
-    assert long is not None
-    assert fine is not None
-    np.testing.assert_allclose(fine[1::2], long)
-    np.testing.assert_allclose(np.diff(long[11:]), RADIUS[11] - RADIUS[10])
+    np.testing.assert_allclose(fine[:, 1::2], long)
+    np.testing.assert_allclose(np.diff(long[1:, 11:]), RADIUS[11] - RADIUS[10])
     assert (np.diff(long) > 0.0).all()

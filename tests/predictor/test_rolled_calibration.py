@@ -36,28 +36,28 @@ def test_rolled_forecasts_know_how_far_off_they_are(checkpoint: Path, tmp_path: 
     for horizon, steps in ((4.8, 12), (12.0, 30), (12.4, None)):
         forecaster = make_forecaster(str(checkpoint), horizon=horizon)
         assert isinstance(forecaster, CalibratedForecaster)
-        assert (None if forecaster.radius is None else len(forecaster.radius)) == steps
+        assert (None if forecaster.radius is None else forecaster.radius.shape[1]) == steps
     forecaster = make_forecaster(str(checkpoint), horizon=12.0)
     assert forecaster is not None
     errors = trajectory_errors(forecaster, read_training(data)[1]).errors
-    assert (errors[:, 12:] <= forecaster.radius[12:]).mean() == pytest.approx(LEVEL, abs=0.03)
-    assert forecaster.radius[:12].tolist() == np.linspace(0.1, 1.2, 12).tolist()
+    assert (errors[:, 12:] <= forecaster.radius[-1, 12:]).mean() == pytest.approx(LEVEL, abs=0.03)
+    assert forecaster.radius[-1, :12].tolist() == np.linspace(0.1, 1.2, 12).tolist()
 
 
 def test_a_later_radius_is_not_smaller() -> None:
     errors = np.full((20, 2), 2.0)
     rolled = {"radius": [0.1, 0.1, 1.0, 3.0, 2.5], "windows": 7}
     about = {"calibration": {**calibration(errors), "rolled": rolled}}
-    found = radius_of(about, 2)
+    found = radius_of(about, 3, 2)
     assert found is not None
-    assert found.tolist() == [2.0, 2.0, 2.0, 3.0, 3.0]
+    assert found.tolist() == [[2.0, 2.0, 2.0, 3.0, 3.0]] * 3
 
 
 @pytest.mark.parametrize("rolled", [3, {}, {"radius": [1.0] * 12 + [-1.0]}, {"radius": "far"}])
 def test_damaged_radii_are_refused(rolled: object) -> None:
     about = {"calibration": {**calibration(np.ones((20, 12))), "rolled": rolled}}
     with pytest.raises(ValueError, match="rolled forecasts, found"):
-        radius_of(about, 12)
+        radius_of(about, 8, 12)
 
 
 def test_nobody_who_stays_long_enough_is_said(checkpoint: Path, tmp_path: Path) -> None:
