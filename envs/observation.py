@@ -264,7 +264,8 @@ def _seen(points: Floats, valid: NDArray[np.bool_], robots: RobotState, bound: f
     """Takes world points (R, K, ..., 2) into the robots' frames; 0 where not `valid`."""
     origin = robots.position.reshape(-1, *(1,) * (points.ndim - 2), 2)
     relative = to_robot(points - origin, robots.heading)
-    return np.clip(relative, -bound, bound) * valid[..., None]
+    # Not by a product: the zeros would have the signs of what stood there in an earlier episode.
+    return np.where(valid[..., None], np.clip(relative, -bound, bound), 0.0)
 
 
 def _shortened(vectors: Floats) -> Floats:
