@@ -23,8 +23,8 @@ class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]], EzPickle):
 
     * **Observation**: a flat Dict of Boxes in the robot's frame, see `envs.observation`.
     * **Action**: (2,) in [-1, 1]. `unicycle`: speed (from 0 to `max_speed`) and angular speed.
-      `holonomic`: velocity ahead and to the left, shortened to the unit disc. Values beyond are
-      clipped; a value that is not finite is a ValueError.
+      `holonomic`: velocity ahead and to the left, shortened to the unit disc. `bicycle`: speed and
+      steering angle. Values beyond are clipped; a value that is not finite is a ValueError.
     * **Reward**: the sum of the terms in `info["rewards"]`, see `envs.rewards`.
     * **Start**: drawn by the scenario from `np_random`; a seed fixes every bit that follows.
     * **Terminated**: the robot touched a person or a wall, or reached its goal; in a mission, the
@@ -81,7 +81,7 @@ class CrowdNav(gymnasium.Env[Observation, NDArray[np.float32]], EzPickle):
         """Runs one policy period; see `gymnasium.Env.step`.
 
         Raises:
-            ValueError: The action has the wrong shape or is not finite.
+            ValueError: The action has the wrong shape, is not of real numbers, or not finite.
         """
         result = self.episodes.step(np.asarray(action)[None])
         self._trace = self.episodes.pop_traces().get(0, self._trace)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.lidar import cast_rays
@@ -124,8 +125,11 @@ class Episodes:
             actions: (W, 2); values beyond [-1, 1] are clipped.
 
         Raises:
-            ValueError: Wrong shape, or a value that is not finite.
+            ValueError: Wrong shape, no real numbers, or a value that is not finite.
+            ResetNeeded: Before the first reset.
         """
+        if not self.scenarios:
+            raise ResetNeeded("expected a reset before the first step, found none")
         self._apply(checked_actions(actions, len(self)))
         self._track()
         reached, progress = self._reached(), self.tasks.progress(self.worlds.robots.position)

@@ -202,14 +202,16 @@ def checked_actions(actions: ArrayLike, worlds: int) -> Floats:
     """Returns (W, 2) actions clipped to [-1, 1].
 
     Raises:
-        ValueError: Wrong shape, or a value that is not finite.
+        ValueError: Wrong shape, no real numbers, or a value that is not finite.
     """
-    array = np.asarray(actions, dtype=np.float64)
+    array = np.asarray(actions)
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"actions must be real numbers, got {array.dtype}")
     if array.shape != (worlds, 2):
         raise ValueError(f"actions must have shape {(worlds, 2)}, got {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError(f"actions must be finite, got {array.tolist()}")
-    return np.clip(array, -1.0, 1.0)
+    return np.clip(array.astype(np.float64), -1.0, 1.0)
 
 
 def direction(angle: Floats) -> Floats:

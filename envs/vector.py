@@ -85,7 +85,9 @@ class CrowdNavVector(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
         """Runs one policy period in every world; see `gymnasium.vector.VectorEnv.step`.
 
         Raises:
-            ValueError: The actions (W, 2) have the wrong shape or are not finite.
+            ValueError: The actions (W, 2) have the wrong shape, are not of real numbers, or not
+                finite.
+            ResetNeeded: Before the first reset.
         """
         result = self.episodes.step(actions)
         ended = result.terminated | result.truncated

@@ -147,6 +147,12 @@ def test_actions_are_clipped_and_nan_is_refused():
         checked_actions([[0.0, 0.0]], 2)
 
 
+@pytest.mark.parametrize("action", ["ab", [0.1, None], [1j, 0.0], [True, False], {"speed": 1.0}])
+def test_actions_that_are_no_real_numbers_are_refused(action):
+    with pytest.raises(ValueError, match="actions must be real numbers"):
+        checked_actions([action], 1)
+
+
 def test_the_configuration_chooses_the_robot():
     assert make_robot(make_config(robot="holonomic", max_speed=0.9)) == Holonomic(0.9)
 

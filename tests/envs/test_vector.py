@@ -5,6 +5,7 @@ import sys
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from numpy.testing import assert_array_equal
@@ -90,7 +91,8 @@ def test_an_episode_does_not_depend_on_those_beside_it(forecaster, checkpoint, v
 
 
 def test_another_process_gives_the_same_bits(checkpoint):
-    specs = ("none", "constant_velocity", checkpoint)
+    noisy = "oracle_noisy@sigma=0.3+delay=0.4+drop=0.2"
+    specs = ("none", "constant_velocity", "social_force", noisy, checkpoint)
     program = (
         "import sys; sys.path.insert(0, 'tests/envs'); from test_vector import single_digest;"
         f"print(*[single_digest(100, forecaster=s, time_limit=4.0)[0] for s in {specs!r}])"
@@ -211,6 +213,8 @@ def test_statistics_wrapper_counts_whole_episodes():
 
 def test_wrong_actions_are_refused():
     env = CrowdNavVector(2, forecaster="none")
+    with pytest.raises(ResetNeeded, match="reset before the first step"):
+        env.step(np.zeros((2, 2)))
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"actions must have shape \(2, 2\), got \(2,\)"):
         env.step(np.zeros(2))
