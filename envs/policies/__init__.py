@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from envs.config import CrowdNavConfig
+from envs.policies.bundled import bundled_policy
 from envs.policies.dwa import DWAPolicy
 from envs.policies.mppi import MPPIParameters, MPPIPolicy
 from envs.policies.orca import ORCAPolicy
@@ -36,7 +37,8 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
 
     Args:
         spec: `straight`, `social_force`, `orca`, `dwa`, `mppi`, `mppi@SECONDS` (planning that far
-            ahead instead of 4.8 s), or the folder of a trained PPO policy.
+            ahead instead of 4.8 s), `ppo` or `ppo@SEED` (one that comes with the package, trained
+            with the forecaster of `config`), or the folder of a trained policy.
         config: Configuration of the environment that the policy will act in.
 
     Raises:
@@ -47,15 +49,21 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
     name, at, seconds = spec.partition("@")
     if at and name == "mppi":
         return MPPIPolicy(config, MPPIParameters(horizon=_seconds(seconds)))
+    if name == "ppo":
+        return _learned(bundled_policy(spec, config.forecaster), config)
     if Path(spec).is_dir():
-        # Torch and Stable-Baselines3 take seconds to import; the other policies need neither.
-        from envs.policies.ppo import PPOPolicy
-
-        return PPOPolicy(Path(spec), config)
+        return _learned(Path(spec), config)
     raise ValueError(
         f"unknown policy {spec!r}; known are {', '.join(SIMPLE)}, mppi@SECONDS, "
-        "or the folder of a trained PPO policy"
+        "ppo, ppo@SEED, or the folder of a trained policy"
     )
+
+
+def _learned(folder: Path, config: CrowdNavConfig) -> Policy:
+    # Torch and Stable-Baselines3 take seconds to import; the other policies need neither.
+    from envs.policies.learned import LearnedPolicy
+
+    return LearnedPolicy(folder, config)
 
 
 def _seconds(text: str) -> float:
