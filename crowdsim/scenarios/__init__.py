@@ -1,6 +1,6 @@
 """Seeded scenario generators by name; each documents its parameters."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -58,8 +58,9 @@ def find_scenario(name: str) -> Callable[..., Scenario]:
     """Give the generator that a name stands for.
 
     Args:
-        name: One of `SCENARIOS`, or a scenario file (`crowdsim.scenarios.scenario_file`), whose
-            name ends in `.yaml` or `.yml`.
+        name: One of `SCENARIOS`; several joined by `+`, one of which is drawn each time; or a
+            scenario file (`crowdsim.scenarios.scenario_file`), whose name ends in `.yaml` or
+            `.yml`.
 
     Raises:
         ValueError: Unknown name, or a file that describes no scenario.
@@ -67,9 +68,21 @@ def find_scenario(name: str) -> Callable[..., Scenario]:
     """
     if is_scenario_file(name):
         return read_scenario_file(name, SCENARIOS)
-    if name not in SCENARIOS:
-        raise ValueError(f"scenario must be one of {', '.join(SCENARIOS)}, got {name!r}")
-    return SCENARIOS[name]
+    names = name.split("+")
+    if not set(names) <= set(SCENARIOS):
+        raise ValueError(
+            f"scenario must be one of {', '.join(SCENARIOS)}, or several joined by +, got {name!r}"
+        )
+    return SCENARIOS[name] if len(names) == 1 else _drawn_from([SCENARIOS[one] for one in names])
+
+
+def _drawn_from(generators: Sequence[Callable[..., Scenario]]) -> Callable[..., Scenario]:
+    """Give the generator that draws one of these; it takes no parameters."""
+
+    def draw(rng: np.random.Generator) -> Scenario:
+        return generators[int(rng.integers(len(generators)))](rng)
+
+    return draw
 
 
 def make_scenario(
@@ -82,7 +95,7 @@ def make_scenario(
     """Draw the initial conditions of one world.
 
     Args:
-        name: One of `SCENARIOS`, or a scenario file.
+        name: As `find_scenario` takes it.
         rng: Source of all draws.
         behaviour: What people do besides walking, in any scenario but a replay.
         **parameters: Parameters of that scenario's function; a file that describes people and map

@@ -139,3 +139,17 @@ def test_each_person_has_a_word_on_arrival():
         replace(two, on_arrival=("stop",) * 3)
     with pytest.raises(ValueError, match="on_arrival must be one of"):
         replace(two, on_arrival=("stop", "vanish"))
+
+
+def test_one_of_several_scenarios_is_drawn_each_time():
+    names = "narrow_doorway+circular_crossing+t_intersection"
+    drawn = [make(names, seed).name for seed in range(20)]
+    assert set(drawn) == set(names.split("+"))
+    assert drawn == [make(names, seed).name for seed in range(20)]
+
+
+def test_several_scenarios_take_no_parameters_and_all_must_be_known():
+    with pytest.raises(ValueError, match="got pedestrians"):
+        make("narrow_doorway+circular_crossing", 0, pedestrians=3)
+    with pytest.raises(ValueError, match="must be one of"):
+        make("narrow_doorway+nowhere", 0)
