@@ -41,7 +41,10 @@ _TEXT = (
     "frames_seen",
 )
 _FLAGS = ("robot_visible",)
-_COUNTS = ("seed", "failure_to_progress", "forecast_count", "step", "n", "within_radius", "twin_n")
+_COUNTS = (
+    *("seed", "failure_to_progress", "forecast_count", "step"),
+    *("n", "within_radius", "nll_n", "twin_n"),
+)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,12 +36,13 @@ def forecast_breakdown(cells: Sequence[Cell], seed: int = 0) -> dict[str, Any]:
         seed: Seeds the bootstrap of every interval anew.
 
     Returns:
-        `{scenario: {arm: {"episodes", "by_step": [{"seconds", "error", "coverage"}], "by_distance":
-        {bin: {"ade", "fde", "coverage"}}, "by_frames_seen": likewise}}}`, each number as
-        `{"mean", "low", "high", "n"}` with `n` forecasts; a bin that holds none is left out. The
-        scenario `all` pools the others. With twins each arm also has `robot_part`, per step the
-        `error` of the forecasts that were split, their `model_error`, `displacement` and
-        `standing_displacement`, and `caused`, the error less the model's; without, it is empty.
+        `{scenario: {arm: {"episodes", "by_step": [{"seconds", "error", "coverage", "nll"}],
+        "by_distance": {bin: {"ade", "fde", "coverage", "nll"}}, "by_frames_seen": likewise}}}`,
+        each number as `{"mean", "low", "high", "n"}` with `n` forecasts; a bin that holds none is
+        left out, and a mean of none (`nll` of who states no radius) is None. The scenario `all`
+        pools the others. With twins each arm also has `robot_part`, per step the `error` of the
+        forecasts that were split, their `model_error`, `displacement` and `standing_displacement`,
+        and `caused`, the error less the model's; without, it is empty.
     """
     groups: dict[str, dict[str, list[Cell]]] = {}
     for cell in cells:
@@ -94,6 +95,7 @@ def _of_arm(cells: Sequence[Cell], seed: int) -> dict[str, Any]:
                 "seconds": seconds,
                 "error": table.mean("error_sum", {"seconds": seconds}),
                 "coverage": table.mean("within_radius", {"seconds": seconds}),
+                "nll": table.mean("nll_sum", {"seconds": seconds}, "nll_n"),
             }
             for seconds in steps
         ],
@@ -144,6 +146,7 @@ class _Table:
                 "ade": self.mean("error_sum", {column: name}),
                 "fde": self.mean("error_sum", {column: name, "seconds": last}),
                 "coverage": self.mean("within_radius", {column: name}),
+                "nll": self.mean("nll_sum", {column: name}, "nll_n"),
             }
             for name in bins
             if (self._columns[column] == name).any()

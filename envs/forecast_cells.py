@@ -22,10 +22,10 @@ DISTANCES = ("0-2", "2-4", "4-8", "8-")
 DISTANCE_EDGES = (2.0, 4.0, 8.0)
 """Where they meet [m]; an edge belongs to the bin above."""
 
-FRAMES_SEEN = ("1-2", "3-5", "6-7", "8-")
+FRAMES_SEEN = ("1", "2-4", "5-7", "8-")
 """Bins of the number of frames that the forecast was made from."""
 
-FRAMES_EDGES = (3, 6, 8)
+FRAMES_EDGES = (2, 5, 8)
 """The least number of the second bin, the third and the last."""
 
 CELL_COLUMNS = (
@@ -37,6 +37,8 @@ CELL_COLUMNS = (
     "n",
     "error_sum",
     "within_radius",
+    "nll_n",
+    "nll_sum",
     "twin_n",
     "twin_error_sum",
     "model_error_sum",
@@ -56,8 +58,10 @@ def forecast_cells(trace: Trace, about: Mapping[str, Value]) -> list[dict[str, V
     Returns:
         One row for each pair of bins that holds a forecast and each step, with `distance` and
         `frames_seen` (names of the bins), `step` from 1 and its `seconds`, `n` forecasts, the sum
-        of their errors `error_sum` [m] and how many came true `within_radius`; and of the
-        `twin_n` forecasts that `envs.robot_part` splits, the sums of the error and its parts [m].
+        of their errors `error_sum` [m] and how many came true `within_radius`; of the `nll_n`
+        forecasts that state a radius, the sum of the negative log densities `nll_sum` [nat]; and of
+        the `twin_n` forecasts that `envs.robot_part` splits, the sums of the error and its parts
+        [m].
     """
     scored = scored_forecasts(trace)
     sums_of = _sums(scored, robot_part(trace, scored))
@@ -80,10 +84,13 @@ def forecast_cells(trace: Trace, about: Mapping[str, Value]) -> list[dict[str, V
 def _sums(scored: ScoredForecasts, part: RobotPart) -> dict[str, NDArray[Any]]:
     """What is summed up, each (E, F), under the names of the sums."""
     known = np.broadcast_to(part.known[:, None], scored.error.shape)
+    dense = np.isfinite(scored.nll)
     return {
         "n": np.ones(scored.error.shape, dtype=np.int64),
         "error_sum": scored.error,
         "within_radius": scored.within,
+        "nll_n": dense,
+        "nll_sum": np.where(dense, scored.nll, 0.0),
         "twin_n": known,
         "twin_error_sum": scored.error * known,
         "model_error_sum": part.model_error,

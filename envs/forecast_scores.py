@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.trace import Trace
+from predictor.calibration import nll_of_radius
 
 Floats = NDArray[np.float64]
 
@@ -23,6 +24,8 @@ class ScoredForecasts:
         position: (E, F, 2) what was forecast, world frame [m].
         error: (E, F) distance to where they then were [m].
         within: (E, F), whether that is within the forecast's radius.
+        nll: (E, F) negative log density there, as `predictor.calibration.nll_of_radius` reads the
+            radius [nat]; NaN where it is 0.
         distance: (E,) to the robot when the forecast was made, surface to surface [m].
         frames_seen: (E,) frames of history that the forecast was made from.
     """
@@ -32,6 +35,7 @@ class ScoredForecasts:
     position: Floats
     error: Floats
     within: NDArray[np.bool_]
+    nll: Floats
     distance: Floats
     frames_seen: NDArray[np.int64]
 
@@ -53,6 +57,7 @@ def scored_forecasts(trace: Trace) -> ScoredForecasts:
         position=forecast[row, slot],
         error=error,
         within=error <= radius[row, slot] + EXACT,
+        nll=nll_of_radius(error, radius[row, slot]),
         distance=gap - trace.radius[column] - trace.robot_radius,
         frames_seen=frames_seen[row, slot],
     )

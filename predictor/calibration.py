@@ -19,6 +19,8 @@ from predictor.modal_forecast import ModalForecast, scaled
 from predictor.modal_metrics import region_mass
 
 LEVEL: Final = 0.9
+SIGMAS: Final = math.sqrt(-2.0 * math.log(1.0 - LEVEL))
+"""Radius that holds `LEVEL` of a round normal distribution, in its standard deviations: 2.146."""
 TEMPERED_WINDOWS: Final = 4000
 """At most so many windows tell the temperatures: regions are dear."""
 TEMPERATURE_RANGE: Final = (1.0 / 16.0, 16.0)
@@ -36,6 +38,20 @@ def calibration(errors: NDArray[np.float64]) -> dict[str, Any]:
     """What a checkpoint keeps of (M, F) validation errors [m], JSON-able."""
     radius = conformal_radius(errors)
     return {"coverage": LEVEL, "radius": radius.tolist(), "windows": len(errors)}
+
+
+def nll_of_radius(errors: NDArray[np.float64], radius: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Negative log density [nat] at the truth of forecasts that are sure of nothing but radii.
+
+    Their density, per square metre, is that of the round normal distribution that has `LEVEL`
+    within the radius.
+
+    Args:
+        errors: (...) distances of the truth from the forecast positions [m].
+        radius: (...) of `LEVEL` [m]; one of 0 is no distribution, and gives NaN.
+    """
+    variance = np.where(radius > 0.0, radius / SIGMAS, np.nan) ** 2
+    return np.asarray(np.log(2.0 * np.pi * variance) + errors**2 / (2.0 * variance))
 
 
 def temperatures(forecast: ModalForecast, future: NDArray[np.float64]) -> NDArray[np.float64]:

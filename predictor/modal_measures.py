@@ -1,6 +1,5 @@
 """What a table of errors shows of forecasters that say how sure they are."""
 
-import math
 from typing import Final
 
 import numpy as np
@@ -45,27 +44,3 @@ def measures_of_modes(
         found[f"min_joint_ade_{k}"] = np.full(agents, min_joint_ade(errors, k))
         found[f"min_joint_fde_{k}"] = np.full(agents, min_joint_fde(errors, k))
     return found
-
-
-def nll_of_radius(
-    path: NDArray[np.float64], radius: NDArray[np.float64], future: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """`nll` (F, A) [nat] of one path that is sure of nothing but its radii.
-
-    Its density is the round normal distribution that has `LEVEL` within the radius.
-
-    Args:
-        path: (F, A, 2) forecast positions [m].
-        radius: (F,) of `LEVEL` [m].
-        future: (F, A, 2) true positions [m].
-    """
-    variance = radius**2 / (-2.0 * math.log(1.0 - LEVEL))
-    round_covariance = variance[:, None, None] * np.eye(2)  # (F, 2, 2)
-    shape = (1, *path.shape, 2)
-    one = ModalForecast(
-        path=path,
-        position=path[None],
-        probability=np.ones((1, path.shape[1])),
-        covariance=np.broadcast_to(round_covariance[None, :, None], shape),
-    )
-    return nll(one, future)

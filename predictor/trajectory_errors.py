@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from crowdsim.recordings import Recording
-from predictor.calibration import LEVEL
+from predictor.calibration import LEVEL, nll_of_radius
 from predictor.datasets import Unit
 from predictor.forecaster import CalibratedForecaster, Forecaster, ModalForecaster
 from predictor.grounds import Ground
 from predictor.inputs import agent_direction, seen_along
 from predictor.metrics import collides, displacement_errors, misses, moves
 from predictor.modal_forecast import ModalForecast
-from predictor.modal_measures import measures_of_modes, nll_of_radius
+from predictor.modal_measures import measures_of_modes
 from predictor.scenes import Scene, scenes
 
 WORLDS: Final = 32
@@ -136,7 +136,7 @@ def _measures(
         found["off_walkable_truth"] = ground.is_off(scene.future).T
     if radius is not None:
         found[f"coverage@{LEVEL}"] = (errors <= radius).astype(np.float64)
-        found["nll"] = nll_of_radius(forecast, radius, scene.future).T
+        found["nll"] = nll_of_radius(errors, radius)
     return found
 
 

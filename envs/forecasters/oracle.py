@@ -5,8 +5,8 @@ robot as it would move under the command that it has now. Only the robot's own l
 unknown, so that the oracle errs by what they change.
 """
 
-import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -15,12 +15,10 @@ import numpy as np
 from crowdsim.world import World
 from envs.config import CrowdNavConfig
 from envs.forecasters.situation import Floats, Situation, WorldForecast
-from predictor.calibration import LEVEL
+from envs.robots import Robot, RobotState
+from predictor.calibration import SIGMAS
 
 NOISY_ORACLE = "oracle_noisy"
-
-NINE_IN_TEN = math.sqrt(-2.0 * math.log(1.0 - LEVEL))
-"""Radius around the centre of a round Gaussian that holds 0.9 of it, in standard deviations."""
 
 
 class Oracle:
@@ -36,17 +34,25 @@ class Oracle:
 
     def forecast(self, situation: Situation) -> WorldForecast:
         """Looks ahead, without any doubt; who leaves the scene stays where that happens."""
-        config, state = self._config, situation.worlds.robots.rows(situation.indices)
-        steps_per_frame = config.physics_steps * config.policy_steps_per_frame
-        steps = config.forecast_steps * steps_per_frame
-        commands = situation.robot.drive(state, config.physics_dt, steps).tolist()
-        people, frames = situation.select.shape[1], config.forecast_steps
-        forecast = np.zeros((len(situation.indices), frames, people, 2))
-        for row, world in enumerate(situation.indices.tolist()):
-            fork = self._fork(world, situation.worlds.running(world))
-            columns = len(fork.ids)
-            forecast[row, :, :columns] = _run(fork, commands[row], steps_per_frame)
+        config, frames = self._config, self._config.forecast_steps
+        indices = situation.indices.tolist()
+        forks = [self._fork(world, situation.worlds.running(world)) for world in indices]
+        followed = [Followed(fork) for fork in forks]
+        state = situation.worlds.robots.rows(situation.indices)
+        forecast = np.zeros((len(forks), frames, situation.select.shape[1], 2))
+        for frame in range(frames):
+            for _ in range(config.policy_steps_per_frame):
+                self._drive(forks, situation.robot, state)
+            for row, people in enumerate(followed):
+                forecast[row, frame, : people.count] = people.positions()
         return WorldForecast(position=forecast, radius=np.zeros((config.history_steps, frames)))
+
+    def _drive(self, forks: Sequence[World], robot: Robot, state: RobotState) -> None:
+        """Runs the forks over one policy period in the steps in which worlds run, to the bit."""
+        config = self._config
+        velocities = robot.drive(state, config.physics_dt, config.physics_steps)
+        for row, fork in enumerate(forks):
+            state.velocity[row] = fork.run(velocities[row]).states[-1, -1, 2:]
 
     def _fork(self, world: int, running: World) -> World:
         """A fork in the state of `running`; to restore one is quicker than to build one."""
@@ -59,18 +65,25 @@ class Oracle:
         return fork
 
 
-def _run(world: World, commands: list[list[float]], steps_per_frame: int) -> Floats:
-    """Runs a world on; positions (F, N, 2) every `steps_per_frame` steps."""
-    ids, present, position = world.ids, world.valid, world.positions
-    path = []
-    for step, command in enumerate(commands, start=1):
-        world.step(command)
-        if step % steps_per_frame == 0:
-            # A new id is somebody else: the one who was there has left.
-            present &= world.valid & (world.ids == ids)
-            position = np.where(present[:, None], world.positions, position)
-            path.append(np.where(np.isfinite(position), position, 0.0))
-    return np.array(path)
+class Followed:
+    """The N people who are in a world now, until they leave it.
+
+    Attributes:
+        count: N.
+    """
+
+    def __init__(self, world: World):
+        self._world = world
+        self._ids, self._present, self._position = world.ids, world.valid, world.positions
+        self.count = len(self._ids)
+
+    def positions(self) -> Floats:
+        """Returns where they are by now, or were last (N, 2) [m]; 0 for who never was there."""
+        # A new id is somebody else: the one who was there has left.
+        self._present &= self._world.valid & (self._world.ids == self._ids)
+        here = self._present[:, None]
+        self._position = np.where(here, self._world.positions, self._position)
+        return np.where(np.isfinite(self._position), self._position, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +152,7 @@ class NoisyOracle:
             own += self._blur.sigma * growth * rng.standard_normal((people, 2))
             dropped = rng.random(people) < self._blur.drop
             own[:, dropped] = now[row, :, :people][:, dropped]
-        wider = NINE_IN_TEN * self._blur.sigma * growth[:, 0, 0]
+        wider = SIGMAS * self._blur.sigma * growth[:, 0, 0]
         return WorldForecast(position=path, radius=exact.radius + wider)
 
 

@@ -15,7 +15,9 @@ NOTE = (
     "Forecasts that the robot saw, against what people then did beside it: those whose whole "
     "horizon lies within the episode, of people who stayed. Means are over forecasts; bands and "
     "intervals are 95 % and resample whole episodes. Coverage is the share of true positions "
-    "within the forecast's own radius, which should hold 90 %; the oracle states a radius of 0."
+    "within the forecast's own radius, which should hold 90 %; nll the mean negative log density "
+    "there of the round normal distribution that has 90 % within that radius, lower being better. "
+    "The oracle states a radius of 0, and so has no nll."
 )
 
 HEADINGS = {
@@ -39,7 +41,7 @@ PARTS = {
 }
 SHOWN_SECONDS = 1.2
 """The table of parts shows about this often a step [s]."""
-MEASURES = {"ade": "ADE [m]", "fde": "FDE [m]", "coverage": "coverage [%]"}
+MEASURES = {"ade": "ADE [m]", "fde": "FDE [m]", "coverage": "coverage [%]", "nll": "nll [nat]"}
 
 
 def forecast_section(summary: Mapping[str, Any], colors: Mapping[str, str]) -> str:
@@ -47,7 +49,11 @@ def forecast_section(summary: Mapping[str, Any], colors: Mapping[str, str]) -> s
     scenarios = summary["forecast_errors"]
     if not scenarios:
         return ""
-    drawn = (("by_step", "error", "error [m]", 1.0), ("by_step", "coverage", "coverage [%]", 100.0))
+    drawn = (
+        ("by_step", "error", "error [m]", 1.0),
+        ("by_step", "coverage", "coverage [%]", 100.0),
+        ("by_step", "nll", "nll [nat]", 1.0),
+    )
     parts = [
         '<section aria-labelledby="forecasts">',
         '<h2 id="forecasts">Forecasts in the closed loop</h2>',
@@ -166,8 +172,9 @@ def _title(scenario: str) -> str:
 
 def _draw_band(axes: Axes, steps: Any, measure: str, factor: float, color: str) -> None:
     """A line over the time ahead with its interval as a band, where there is one."""
-    seconds = [step["seconds"] for step in steps]
-    axes.plot(seconds, [factor * step[measure]["mean"] for step in steps], color=color)
+    told = [step for step in steps if step[measure]["mean"] is not None]
+    seconds = [step["seconds"] for step in told]
+    axes.plot(seconds, [factor * step[measure]["mean"] for step in told], color=color)
     known = [step for step in steps if step[measure]["low"] is not None]
     axes.fill_between(
         [step["seconds"] for step in known],
@@ -181,9 +188,9 @@ def _draw_band(axes: Axes, steps: Any, measure: str, factor: float, color: str) 
 
 def _cell(entry: Mapping[str, Any] | None, measure: str) -> str:
     """A mean with interval and count."""
-    if entry is None:
+    number = None if entry is None else entry[measure]
+    if number is None or number["mean"] is None:
         return '<td class="missing">–</td>'
-    number = entry[measure]
     factor, digits = (100.0, 0) if measure == "coverage" else (1.0, 2)
     interval = "no interval"
     if number["low"] is not None:

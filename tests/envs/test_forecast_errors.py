@@ -9,11 +9,15 @@ from hand_made_traces import make_trace, walk
 from envs.forecast_breakdown import forecast_breakdown, mean_of_sums
 from envs.forecast_cells import CELL_COLUMNS, forecast_cells
 from envs.metrics import navigation_metrics
+from envs.report.forecast_section import forecast_section
 from envs.trace import Trace
 
 STEPS, FRAMES = 25, 3
 ABOUT = {
     "scenario": "s",
+    "place": "s",
+    "model": "",
+    "robot_visible": True,
     "arm": "a",
     "policy": "p",
     "forecaster": "f",
@@ -44,6 +48,12 @@ def cells_of(trace: Trace, **about: Any) -> list[dict[str, Any]]:
     return forecast_cells(trace, ABOUT | about)
 
 
+def round_normal_nll(error: float, radius: float) -> float:
+    """Of the round normal distribution that has nine in ten within the radius."""
+    sigma = radius / 2.145966
+    return float(np.log(2.0 * np.pi * sigma**2) + 0.5 * (error / sigma) ** 2)
+
+
 def test_known_errors_fall_into_their_bins() -> None:
     cells = cells_of(known_errors())
     forecasts = STEPS + 1 - 2 * FRAMES
@@ -51,7 +61,7 @@ def test_known_errors_fall_into_their_bins() -> None:
     found = {(cell["distance"], cell["frames_seen"], cell["step"]): cell for cell in cells}
     assert set(found) == {
         (distance, frames, step)
-        for distance, frames in (("0-2", "8-"), ("8-", "1-2"))
+        for distance, frames in (("0-2", "8-"), ("8-", "2-4"))
         for step in (1, 2, 3)
     }
     for (distance, _, step), cell in found.items():
@@ -60,6 +70,8 @@ def test_known_errors_fall_into_their_bins() -> None:
         assert cell["n"] == forecasts
         assert cell["error_sum"] == pytest.approx(off * forecasts)
         assert cell["within_radius"] == (forecasts if off < 0.2 else 0)
+        assert cell["nll_n"] == forecasts
+        assert cell["nll_sum"] == pytest.approx(forecasts * round_normal_nll(off, 0.2))
 
 
 @pytest.mark.parametrize(
@@ -77,7 +89,7 @@ def test_distance_is_surface_to_surface(gap: float, expected: str) -> None:
 
 @pytest.mark.parametrize(
     ("frames", "expected"),
-    [(1, "1-2"), (2, "1-2"), (3, "3-5"), (5, "3-5"), (6, "6-7"), (7, "6-7"), (8, "8-"), (9, "8-")],
+    [(1, "1"), (2, "2-4"), (4, "2-4"), (5, "5-7"), (7, "5-7"), (8, "8-"), (9, "8-")],
 )
 def test_every_length_of_history_has_its_bin(frames: int, expected: str) -> None:
     cells = cells_of(known_errors(frames_seen=(frames, frames)))
@@ -124,9 +136,21 @@ def test_the_breakdown_pools_forecasts_and_scenarios() -> None:
     assert step["error"]["low"] is None  # one episode tells nothing of others
     assert step["coverage"]["mean"] == pytest.approx(0.5)
     assert pooled["by_step"][-1]["coverage"]["mean"] == pytest.approx(0.75)
+    densities = [round_normal_nll(off, 0.2) for off in OFF]
+    assert step["nll"]["mean"] == pytest.approx(np.mean(densities))
+    assert alone["by_distance"]["8-"]["nll"]["mean"] == pytest.approx(densities[1])
     assert list(alone["by_distance"]) == ["0-2", "8-"]
     assert alone["by_distance"]["8-"]["fde"]["mean"] == pytest.approx(OFF[1])
     assert alone["by_frames_seen"]["8-"]["ade"]["mean"] == pytest.approx(OFF[0])
+
+
+def test_who_is_sure_of_everything_has_no_nll() -> None:
+    found = forecast_breakdown(cells_of(known_errors(radius=0.0)))["s"]["a"]
+    nothing = {"mean": None, "low": None, "high": None, "n": 0}
+    assert all(step["nll"] == nothing for step in found["by_step"])
+    assert found["by_step"][0]["coverage"]["mean"] == 0.0
+    section = forecast_section({"forecast_errors": {"s": {"a": found}}}, {"a": "#123456"})
+    assert 'nll [nat]</th><td class="missing">' in section
 
 
 def test_an_interval_resamples_episodes_and_not_forecasts() -> None:

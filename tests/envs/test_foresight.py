@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import envs.forecasters.choice
 from envs.config import make_config
 from envs.episodes import Episodes
-from envs.forecasters.oracle import NINE_IN_TEN
 from envs.foresight import grown
 from envs.ghosts import along
+from predictor.calibration import SIGMAS
 from predictor.constant_velocity import ConstantVelocityForecaster
 from predictor.modal_forecast import ModalForecast
 
@@ -74,7 +74,7 @@ def blind(episodes):
 def test_each_forecaster_says_how_far_off_it_may_be():
     ahead = np.arange(1.0, 13.0)
     once, several = ConstantVelocityForecaster().radius[:2]
-    blurred = NINE_IN_TEN * 0.5 * ahead / 12
+    blurred = SIGMAS * 0.5 * ahead / 12
     expected = {
         "constant_velocity": (once, several),
         "constant_velocity_map": (once, several),
@@ -90,7 +90,7 @@ def test_each_forecaster_says_how_far_off_it_may_be():
 
 def test_the_radius_of_the_noisy_oracle_holds_nine_in_ten():
     offset = 0.5 * np.random.default_rng(0).standard_normal((100_000, 2))
-    share = (np.hypot(*offset.T) < NINE_IN_TEN * 0.5).mean()
+    share = (np.hypot(*offset.T) < SIGMAS * 0.5).mean()
     assert share == pytest.approx(0.9, abs=0.005)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hand_made_crowds import baseline, walkers
 
 from crowdsim.recordings import write_recordings
-from predictor.calibration import calibration, conformal_radius, radius_of
+from predictor.calibration import calibration, conformal_radius, nll_of_radius, radius_of
 from predictor.checkpoint import save_checkpoint
 from predictor.constant_velocity import RADIUS, RADIUS_SEEN_ONCE, ConstantVelocityForecaster
 from predictor.evaluate import evaluate
@@ -28,6 +28,18 @@ def test_radius_holds_one_more_error_as_often_as_it_says() -> None:
     rng = np.random.default_rng(0)
     kept, new = rng.exponential(size=(2000, 300)), rng.exponential(size=(200, 300))
     assert (new <= conformal_radius(kept)).mean() == pytest.approx(0.9, abs=0.01)
+
+
+def test_radii_have_the_density_of_a_round_normal_distribution() -> None:
+    """90 % of it are within the radius: a truth there is exp(-ln 10) times as dense as the path."""
+    radius = np.array([1.0, 3.0, 0.0])
+    at_path, at_radius = nll_of_radius(np.zeros(3), radius), nll_of_radius(radius, radius)
+    np.testing.assert_allclose((at_radius - at_path)[:2], np.log(10.0))
+    np.testing.assert_allclose(at_path[1] - at_path[0], 2.0 * np.log(3.0))
+    assert np.isnan(at_path[2])
+    steps = np.linspace(-8.0, 8.0, 801)
+    grid = np.hypot(*np.meshgrid(steps, steps))
+    assert np.exp(-nll_of_radius(grid, radius[1])).sum() * 0.02**2 == pytest.approx(1.0)
 
 
 def test_a_checkpoint_keeps_it_and_the_table_tells_the_coverage(tmp_path: Path) -> None:

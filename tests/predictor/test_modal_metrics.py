@@ -10,7 +10,7 @@ from hand_made_crowds import walkers
 from predictor.calibration import temperature_of, temperatures
 from predictor.constant_velocity import constant_velocity
 from predictor.modal_forecast import ModalForecast, covariance_in_world, scaled
-from predictor.modal_measures import measures_of_modes, nll_of_radius
+from predictor.modal_measures import measures_of_modes
 from predictor.modal_metrics import (
     min_ade,
     min_fde,
@@ -128,15 +128,6 @@ def test_a_table_knows_the_best_of_modes_and_their_density() -> None:
     assert found["nll"].shape == found["region_coverage@0.9"].shape == (7, 2)
     assert (found["min_ade_3"] <= found["min_ade_1"]).all()
     assert found["min_joint_ade_3"].mean() >= found["min_ade_3"].mean()
-
-
-def test_a_forecaster_with_radii_has_the_density_of_a_round_normal_distribution() -> None:
-    """90 % of it are within the radius: a truth there is exp(-ln 10) times as dense as the path."""
-    path, radius = np.zeros((2, 1, 2)), np.array([1.0, 3.0])
-    at_path = nll_of_radius(path, radius, path)
-    at_radius = nll_of_radius(path, radius, np.array([[[1.0, 0.0]], [[0.0, -3.0]]]))
-    np.testing.assert_allclose(at_radius - at_path, math.log(10.0))
-    np.testing.assert_allclose(at_path[1] - at_path[0], 2.0 * math.log(3.0))
 
 
 class Doubtful:
