@@ -1,5 +1,6 @@
 """What a stress test turns: one thing at a time, from what is usual to what is hard."""
 
+import bisect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -7,11 +8,15 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
+from crowdsim.maps import PLACES
 from crowdsim.motion import MODEL_NAMES
 from crowdsim.scenarios import make_scenario
 from envs.comparison import ScenarioChoice
 
 Setting = float | int | bool | str
+
+DRAWS: Final = 5
+"""Draws of a scenario in all of which people must find room."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,20 +84,53 @@ def _behaviour(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
 
 
 def _density(choice: ScenarioChoice, value: float) -> ScenarioChoice:
-    """As many people as make this density on the ground of the scenario [1/m^2]."""
-    scenario = make_scenario(choice.scenario, np.random.default_rng(0), **choice.parameters)
-    ground = shapely.box(*scenario.map.bounds).difference(scenario.map.obstacles)
-    return _parameter("pedestrians")(choice, round(value * ground.area))
+    """As many people as make this density on the ground of the scenario [1/m^2].
 
+    Raises:
+        ValueError: So many find no room to start in (says how many do), or the scenario does not
+            take a number of people.
+    """
+    empty = {**choice.parameters, "pedestrians": 0}
+    scenario = make_scenario(choice.scenario, np.random.default_rng(0), **empty)
+    ground = shapely.box(*scenario.map.bounds).difference(scenario.map.obstacles).area
+    count = round(value * ground)
+    if not _has_room(choice, count):
+        most = bisect.bisect_left(range(count), True, key=lambda n: not _has_room(choice, n)) - 1
+        raise ValueError(
+            f"density: {choice.scenario} has room for at most {most / ground:.2f} people per "
+            f"square metre ({most} in all), expected {value} ({count})"
+        )
+    return _parameter("pedestrians")(choice, count)
+
+
+def _has_room(choice: ScenarioChoice, count: int) -> bool:
+    """Whether so many people find room in every one of `DRAWS` draws of a scenario."""
+    parameters = {**choice.parameters, "pedestrians": count}
+    try:
+        for seed in range(DRAWS):
+            make_scenario(choice.scenario, np.random.default_rng(seed), **parameters)
+    except ValueError:
+        return False
+    return True
+
+
+def _map(choice: ScenarioChoice, value: str) -> ScenarioChoice:
+    """The same people in a generated place of a kind; what else the scenario takes is left out."""
+    kept = {name: choice.parameters[name] for name in _OF_PEOPLE if name in choice.parameters}
+    return _replaced(choice, scenario="public_place", parameters={**kept, "place": value})
+
+
+_OF_PEOPLE: Final = ("pedestrians", "groups", "model", "behaviour")
 
 KNOBS: Final[Mapping[str, Knob]] = {
     "horizon": Knob(
         label="forecast horizon [s]",
-        values=(0.4, 1.2, 2.4, 4.8, 7.2, 9.6),
+        values=(0.4, 1.2, 2.4, 4.8, 9.6, 19.2),
         turn=_environment("horizon"),
     ),
+    # More find no room on the circle; `random_crossing` has room for 1 per square metre.
     "density": Knob(
-        label="people on the ground [1/m²]", values=(0.02, 0.05, 0.1, 0.15, 0.2), turn=_density
+        label="people on the ground [1/m²]", values=(0.05, 0.1, 0.15, 0.2), turn=_density
     ),
     "crowd_speed": Knob(
         label="people's speed against the usual",
@@ -114,8 +152,15 @@ KNOBS: Final[Mapping[str, Knob]] = {
         values=(0.0, 0.05, 0.1, 0.2),
         turn=_behaviour("stop_rate"),
     ),
+    # The bundled networks have seen `social_force` only: see `crowdsim.scenarios.mixed`.
     "motion_model": Knob(
-        label="motion model of the people", values=MODEL_NAMES, turn=_parameter("model")
+        label="motion model of the people (networks are trained on social_force)",
+        values=MODEL_NAMES,
+        turn=_parameter("model"),
+    ),
+    # Kinds that networks know, in layouts that they do not: `mixed` draws others.
+    "map": Knob(
+        label="kind of place, in layouts unseen in training", values=tuple(PLACES), turn=_map
     ),
     "missed_detections": Knob(
         label="share of missed detections",
@@ -126,6 +171,11 @@ KNOBS: Final[Mapping[str, Knob]] = {
         label="noise of measured positions [m]",
         values=(0.0, 0.05, 0.1, 0.2, 0.4),
         turn=_environment("position_noise"),
+    ),
+    "frame_jitter": Knob(
+        label="greatest age of a detection [s]",
+        values=(0.0, 0.05, 0.1, 0.15, 0.2),
+        turn=_environment("frame_jitter"),
     ),
     "track_losses": Knob(
         label="lost tracks per person [1/s]",
@@ -142,6 +192,11 @@ KNOBS: Final[Mapping[str, Knob]] = {
     ),
     "history": Knob(
         label="frames of history", values=(8, 6, 4, 3, 2, 1), turn=_environment("history_kept")
+    ),
+    "mission": Knob(
+        label="length of the mission [s], 0 is a single way",
+        values=(0.0, 60.0, 300.0, 1800.0),
+        turn=_environment("mission"),
     ),
 }
 """By name."""

@@ -22,6 +22,7 @@ from crowdsim.scenarios.encounters import (
 )
 from crowdsim.scenarios.junctions import blind_corner, intersection, t_intersection
 from crowdsim.scenarios.open_ground import group_crossing, perpendicular_traffic, random_crossing
+from crowdsim.scenarios.public_place import public_place
 from crowdsim.scenarios.replay import replay
 from crowdsim.scenarios.rooms import bottleneck, entering_room, exiting_room
 from crowdsim.scenarios.scenario_file import is_scenario_file, parameter_names, read_scenario_file
@@ -50,6 +51,7 @@ SCENARIOS: Final[dict[str, Callable[..., Scenario]]] = {
     "circular_crossing_with_static_obstacles": circular_crossing_with_static_obstacles,
     "urban_crossing": urban_crossing,
     "station_hall": station_hall,
+    "public_place": public_place,
     "replay": replay,
 }
 

@@ -39,7 +39,7 @@ def crowd_navigation(
 
     Args:
         rng: Source of all draws.
-        pedestrians: Number of people, 0 to 200.
+        pedestrians: Number of people, 0 to 500.
         size: Side of the square [m], 8 to 60.
         standing: Share of people who stand in circles of two to four, 0 to 1.
         groups: Share of the others who walk in groups, 0 to 1.
@@ -48,7 +48,7 @@ def crowd_navigation(
     Raises:
         ValueError: A parameter is out of range, or the square is too small for the people.
     """
-    require_count("pedestrians", pedestrians, 0, 200)
+    require_count("pedestrians", pedestrians, 0, 500)
     require_range("size", size, 8.0, 60.0)
     require_range("standing", standing, 0.0, 1.0, unit="(share)")
     require_range("groups", groups, 0.0, 1.0, unit="(share)")

@@ -26,9 +26,10 @@ from crowdsim.scenarios.described import Description, Flow
 from crowdsim.scenarios.junctions import intersection, t_intersection
 from crowdsim.scenarios.open_ground import group_crossing, perpendicular_traffic, random_crossing
 from crowdsim.scenarios.placement import parties
+from crowdsim.scenarios.public_place import DRAWN
 from crowdsim.scenarios.regions import ENTRANCES, PlaceChoice
 from crowdsim.scenarios.rooms import bottleneck, entering_room, exiting_room
-from crowdsim.scenarios.station import STATIONS, station_hall
+from crowdsim.scenarios.station import station_hall
 from crowdsim.scenarios.urban import LAYOUTS, STREETS, urban_crossing
 
 MIXED: Final = "mixed"
@@ -120,7 +121,7 @@ def _room(rng: Generator) -> Parameters:
 
 
 def _layout(rng: Generator) -> Parameters:
-    return {**_crowd(rng, 16, 40), "layout": int(rng.integers(STATIONS, STATIONS + FEW))}
+    return {**_crowd(rng, 16, 40), "layout": int(rng.integers(DRAWN, DRAWN + FEW))}
 
 
 def _street(rng: Generator) -> Parameters:

@@ -42,7 +42,7 @@ def random_crossing(
 
     Args:
         rng: Source of all draws.
-        pedestrians: Number of people, 0 to 200.
+        pedestrians: Number of people, 0 to 500.
         size: Side of the square [m], 8 to 60.
         groups: Share of people who walk in groups, 0 to 1.
         model: Motion model of all, or the share of each.
@@ -50,7 +50,7 @@ def random_crossing(
     Raises:
         ValueError: A parameter is out of range, or the square is too small for the people.
     """
-    require_count("pedestrians", pedestrians, 0, 200)
+    require_count("pedestrians", pedestrians, 0, 500)
     require_range("size", size, 8.0, 60.0)
     require_range("groups", groups, 0.0, 1.0, unit="(share)")
     half = 0.5 * size

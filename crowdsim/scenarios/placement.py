@@ -19,7 +19,7 @@ ROBOT_CLEARANCE: Final = 1.0
 """Least distance between a person's start and the robot's [m]."""
 WALL_CLEARANCE: Final = 0.4
 """Least distance between a person's start and a wall [m]."""
-ATTEMPTS: Final = 400
+ATTEMPTS: Final = 2000
 
 
 def place(

@@ -64,5 +64,5 @@ def test_as_many_as_there_is_room_for():
     rng = np.random.default_rng(0)
     starts = place(10, lambda _: rng.choice(spots))
     np.testing.assert_array_equal(np.sort(starts[:, 0]), spots[:, 0])
-    with pytest.raises(ValueError, match="no room for person 11 of 11 after 400 attempts"):
+    with pytest.raises(ValueError, match="no room for person 11 of 11 after 2000 attempts"):
         place(11, lambda _: rng.choice(spots))

@@ -16,8 +16,8 @@ from crowdsim.wayfinding import geodesic_field
 from crowdsim.world import World
 
 SYNTHETIC = [name for name in SCENARIOS if name != "replay"]
-ONE_PLACE = {"station_hall": {"layout": 0}}
-"""Finding the ways of a station takes seconds once; one of them will do."""
+ONE_PLACE = {"station_hall": {"layout": 0}, "public_place": {"layout": 0}}
+"""Finding the ways of a place takes seconds once; one of each will do."""
 
 
 def make(name: str, seed: int, **parameters: object) -> Scenario:
