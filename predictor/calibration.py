@@ -80,9 +80,9 @@ def radius_of(
     Returns:
         (T, F), in row k of people seen in k + 1 frames, for the frames that the network was
         trained for; all rows alike where short histories were not measured
-        (`predictor.short_calibration`). Where rolled forecasts were measured too
-        (`predictor.rolled_calibration`), (T, R) with those of the frames beyond. These come from
-        people who stayed longer, and are not let fall below those of earlier frames.
+        (`predictor.recalibration`). Where rolled forecasts were measured too, (T, R) with those of
+        the frames beyond. These come from people who stayed longer, and are not let fall below
+        those of earlier frames.
 
     Raises:
         ValueError: They are not F positive numbers for `LEVEL`, or not positive beyond or of the
@@ -124,12 +124,14 @@ def _with_rolled(table: NDArray[np.float64], rolled: Any) -> NDArray[np.float64]
     """(T, R) radii of which the first F are those of a single pass."""
     steps = table.shape[1]
     try:
-        beyond = np.array(rolled["radius"][steps:], dtype=np.float64)
+        measured = np.array(rolled["radius"], dtype=np.float64)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"expected the radii of rolled forecasts, found {rolled}") from error
-    if beyond.ndim != 1 or not (beyond >= 0.0).all():
+    if measured.ndim == 1:  # older checkpoints: from the whole history only
+        measured = np.tile(measured, (len(table), 1))
+    if measured.ndim != 2 or len(measured) != len(table) or not (measured >= 0.0).all():
         raise ValueError(f"expected positive radii of rolled forecasts, found {rolled}")
-    longer = np.concatenate([table, np.tile(beyond, (len(table), 1))], axis=1)
+    longer = np.concatenate([table, measured[:, steps:]], axis=1)
     longer[:, steps - 1 :] = np.maximum.accumulate(longer[:, steps - 1 :], axis=1)
     return longer
 

@@ -22,13 +22,11 @@ def calibrate_predictor(
         data: As `--data` of `train-predictor`: what that keeps for validation is used.
         horizon: How far to roll [s]; people must stay that long.
     """
-    from predictor.rolled_calibration import calibrate_rolled
-    from predictor.short_calibration import calibrate_short
+    from predictor.recalibration import recalibrate
 
-    short = calibrate_short(forecaster, data)
-    found = calibrate_rolled(forecaster, data, horizon=horizon, progress=True)
+    rolled = recalibrate(forecaster, data, horizon=horizon, progress=True)["rolled"]
     print(
-        f"90 % of {short['windows']} forecasts from one frame of history were within "
-        f"{short['radius'][0][-1]:.2f} m at their end, and of {found['windows']} windows within "
-        f"{found['radius'][-1]:.2f} m after {horizon:g} s; kept in {forecaster}"
+        f"90 % of {rolled['windows']} windows were within {rolled['radius'][-1][-1]:.2f} m after "
+        f"{horizon:g} s, {rolled['radius'][0][-1]:.2f} m if people were seen once; kept in "
+        f"{forecaster}"
     )

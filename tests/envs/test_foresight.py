@@ -88,6 +88,43 @@ def test_each_forecaster_says_how_far_off_it_may_be():
         assert not observation["forecast_radius"][0, ~valid].any()
 
 
+def test_each_person_has_the_radius_of_the_frames_they_were_seen_in():
+    """Some have just come into the range of the sensors, others were there for long."""
+    episodes, found = started(forecaster="constant_velocity", sensor_range=4.0), set()
+    table = ConstantVelocityForecaster().radius
+    for _ in range(20):
+        observation = walk(episodes, 1)
+        percept, row = episodes.percept(0)
+        for place in np.flatnonzero(percept.observed.valid[row]):
+            frames = int(percept.history_valid[row, place].sum())
+            found.add(frames)
+            radius = observation["forecast_radius"][0, place]
+            assert_allclose(radius, table[frames - 1], rtol=1e-6)
+    assert {1, 2} <= found
+
+
+def test_who_sees_one_frame_only_is_never_surer():
+    keywords = {"forecaster": "constant_velocity", "history_kept": 1}
+    observation = walk(started(steps=12, **keywords), 1)
+    there = observation["neighbors_valid"][0] > 0
+    expected = ConstantVelocityForecaster().radius[:1]
+    radius = observation["forecast_radius"][0, there]
+    assert_allclose(radius, np.repeat(expected, there.sum(), axis=0), rtol=1e-6)
+
+
+def test_a_ghost_is_no_surer_for_being_remembered():
+    """What leads it on was forecast from one frame, however long it has been a ghost."""
+    everybody = {"sensor_range": 50.0, "forecaster": "constant_velocity", "track_memory": 3.0}
+    episodes = started(**everybody)
+    once = ConstantVelocityForecaster().radius[:1, None]
+    blind(episodes)
+    for step in range(1, 10):
+        observation = walk(episodes, 1)
+        there = observation["neighbors_valid"][0] > 0
+        expected = grown(once, np.array([[step / 2]]))[0, 0]
+        assert_allclose(observation["forecast_radius"][0, there][0], expected, rtol=1e-6)
+
+
 def test_the_radius_of_the_noisy_oracle_holds_nine_in_ten():
     offset = 0.5 * np.random.default_rng(0).standard_normal((100_000, 2))
     share = (np.hypot(*offset.T) < SIGMAS * 0.5).mean()

@@ -1,5 +1,6 @@
 """Radii that hold the truth as often as they say, measured wherever forecasts are."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from predictor.calibration import calibration, conformal_radius, nll_of_radius, 
 from predictor.checkpoint import save_checkpoint
 from predictor.constant_velocity import RADIUS, RADIUS_SEEN_ONCE, ConstantVelocityForecaster
 from predictor.evaluate import evaluate
-from predictor.forecaster import CalibratedForecaster, make_forecaster
+from predictor.forecaster import BUNDLED_WEIGHTS, CalibratedForecaster, make_forecaster
 from predictor.networks import configuration
 from predictor.train import train
 
@@ -77,6 +78,18 @@ def test_without_short_histories_all_have_the_radii_of_the_whole() -> None:
     radius = radius_of({"calibration": calibration(np.full((50, 12), 0.5))}, 8, 12)
     assert radius is not None
     assert radius.tolist() == [[0.5] * 12] * 8
+
+
+@pytest.mark.parametrize("name", ["iterative_attention", "fast"])
+def test_bundled_networks_are_surer_the_more_they_have_seen(name: str) -> None:
+    """All lengths were measured on the same windows; between neighbors the difference is small."""
+    about = json.loads(BUNDLED_WEIGHTS[name].with_suffix(".json").read_text(encoding="utf-8"))
+    radius = radius_of(about, 8, 12)
+    assert radius is not None
+    assert radius[-1, :12].tolist() == about["calibration"]["radius"]
+    assert (np.diff(radius[:, :12], axis=0) < 0.02).all()
+    assert (radius[0, :12] > 2.0 * radius[-1, :12]).all()
+    assert (np.diff(radius, axis=1) >= 0.0).all()
 
 
 def test_constant_velocity_knows_its_radii_at_any_horizon_and_frame() -> None:
