@@ -1,7 +1,7 @@
 """Radii of constant velocity, and how often they hold further ahead than they were measured.
 
 Run it for the radii of `predictor.constant_velocity`, from the validation part of simulated crowds,
-and for docs/prediction.md: python tests/validation/constant_velocity_radius.py CROWDS [OTHER CROWDS]
+and for docs: python tests/validation/constant_velocity_radius.py CROWDS [OTHER CROWDS]
 """
 
 import sys
