@@ -36,6 +36,8 @@ def test_unknown_keyword_lists_the_known_ones():
         ({"robot_visible": "yes"}, "robot_visible must be true or false"),
         ({"missed_detections": -0.1}, "missed_detections must be in 0..1"),
         ({"position_noise": float("nan")}, "position_noise must be at least 0"),
+        ({"mission": -1.0}, "mission must be at least 0"),
+        ({"frame_jitter": 0.3}, "frame_jitter must be at most policy_dt=0.2 s, got 0.3"),
         ({"track_memory": -1.0}, "track_memory must be at least 0"),
         ({"field_of_view": 7.0}, "field_of_view must be at most 2 pi"),
         ({"history_kept": 0}, "history_kept must be a positive whole number"),

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from envs.config import make_config
 from envs.episodes import Episodes
+from envs.runs import run_episode
 from envs.sensor import Detections
 from envs.track_filter import TrackFilter, steady_gains
 
@@ -154,3 +155,70 @@ def test_steady_gains_are_those_of_the_kalman_filter():
         covariance = (np.eye(2) - gain @ np.array([[1.0, 0.0]])) @ prior
     alpha, beta = steady_gains(acceleration * dt**2 / noise)
     assert_allclose((alpha, beta / dt), gain[:, 0], rtol=1e-6)
+
+
+WALKERS = {"people": [(-4.0, 3.0), (-4.0, -3.0), (4.0, 4.0)], "goals": [(40, 3), (40, -3), (4, 4)]}
+
+
+def lags(scene, jitter, steps=30, **keywords):
+    """(steps, 3) how far behind two who walk along x and one who stands are measured [m]."""
+    name = scene(**WALKERS)
+    keywords = {"scenario": name, "forecaster": "none", "sensor_range": 50.0, **keywords}
+    episodes, _ = run((3,), 10, frame_jitter=jitter, **keywords)
+    behind = []
+    for _ in range(steps):
+        episodes.step([GO])
+        percept, _ = episodes.percept(0)
+        slot = percept.observed.slot[0, :3]
+        measured = np.empty((3, 2))
+        measured[slot] = percept.history[0, :3, -1]
+        behind.append((episodes.worlds.crowd.position[0] - measured)[:, 0])
+    return np.array(behind)
+
+
+def test_late_frames_show_walkers_behind_and_standers_where_they_are(scene):
+    behind = lags(scene, 0.2)
+    assert np.abs(behind[:, 2]).max() < 0.02  # nobody stands quite still
+    assert (behind[:, :2] > 0.0).all()
+    assert behind[:, :2].max() < 0.2 * 1.0 + 0.02  # they walk at 1 m/s
+    assert behind[:, 0].mean() == pytest.approx(0.1, abs=0.03)
+    assert np.corrcoef(behind[:, 0], behind[:, 1])[0, 1] > 0.95  # one frame, one delay
+    assert_allclose(lags(scene, 0.0), 0.0, atol=1e-9)
+
+
+def test_a_frame_lies_between_the_states_of_the_physics():
+    episodes, _ = run((3,), 5, forecaster="none")
+    before = episodes.worlds.crowd.position[0].copy()
+    episodes.step([GO])
+    now = episodes.worlds.crowd.position[0]
+    assert_array_equal(episodes.worlds.people_before(0, 0.0), now)
+    assert_allclose(episodes.worlds.people_before(0, 0.2), before, atol=1e-12)
+    states = [episodes.worlds.people_before(0, age) for age in (0.05, 0.075, 0.1)]
+    assert_allclose(states[1], (states[0] + states[2]) / 2, atol=1e-12)
+
+
+def test_jitter_changes_neither_noise_nor_misses(scene):
+    keywords = {"scenario": scene(**WALKERS), "forecaster": "none", "missed_detections": 0.4}
+    punctual, late = (
+        run_episode(make_config(frame_jitter=jitter, **keywords), "straight", 3)
+        for jitter in (0.0, 0.2)
+    )
+    assert not punctual.visible.all()
+    assert_array_equal(punctual.visible, late.visible)
+
+
+def test_who_has_just_entered_is_not_in_a_late_frame():
+    config = make_config(
+        scenario="perpendicular_traffic",
+        forecaster="none",
+        sensor_range=50.0,
+        frame_jitter=0.1,
+        time_limit=8.0,
+    )
+    trace = run_episode(config, "social_force", 10000)
+    entered = trace.valid[1:] & (
+        (trace.ids[1:] != trace.ids[:-1]) | (trace.valid[1:] & ~trace.valid[:-1])
+    )
+    assert entered.any()
+    assert not trace.visible[1:][entered].any()
+    assert trace.visible[1:][trace.valid[1:] & ~entered].all()
