@@ -19,6 +19,14 @@ def test_policies_load_without_the_simulator_and_without_torch():
     assert not loaded & {"pymunk", "crowdsim.world", "torch", "stable_baselines3"}
 
 
+def test_a_trained_policy_acts_without_the_simulator():
+    load = LOAD.replace("envs.policies", "envs.policies.learned")
+    output = subprocess.run(
+        [sys.executable, "-c", load], check=True, capture_output=True, text=True
+    ).stdout
+    assert not set(json.loads(output)) & {"pymunk", "crowdsim.world"}
+
+
 def test_policies_are_made_by_name():
     assert isinstance(make_policy("straight", CrowdNavConfig()), StraightPolicy)
     assert isinstance(make_policy("mppi", CrowdNavConfig()), MPPIPolicy)
