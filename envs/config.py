@@ -1,17 +1,24 @@
 """What one environment is made of: every keyword of `gymnasium.make`, with units and checks."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+if TYPE_CHECKING:
+    from predictor.forecaster import Forecaster
 
 RobotKind = Literal["unicycle", "holonomic", "bicycle"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CrowdNavConfig:
-    """Keywords of `gymnasium.make("crowdnav/CrowdNav-v0", ...)`; all of them fit into JSON.
+    """Keywords of `gymnasium.make("crowdnav/CrowdNav-v0", ...)`.
+
+    All of them fit into JSON, but for a forecaster that is handed in as an object.
 
     Attributes:
         scenario: Name in `crowdsim.scenarios.SCENARIOS`.
@@ -25,7 +32,7 @@ class CrowdNavConfig:
         forecaster: `none`, `constant_velocity`, `constant_velocity_map` (stops at walls),
             `social_force` (rolls that model on), `fast` or `iterative_attention` (networks), the
             path of a checkpoint, `oracle` (the simulator run ahead under the robot's present
-            command), or `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`.
+            command), `oracle_noisy@sigma=METRES+delay=SECONDS+drop=SHARE`, or a forecaster itself.
         horizon: How far forecasts reach [s]; a whole number of `frame_dt`.
         modes_observed: M, how many of the ways that each of them may go are in the observation, the
             likeliest first; needs a forecaster with modes.
@@ -81,7 +88,7 @@ class CrowdNavConfig:
     robot_visible: bool = True
     robot_awareness: float = 1.0
     crowd_speed: float = 1.0
-    forecaster: str = "fast"
+    forecaster: str | Forecaster = "fast"
     horizon: float = 4.8
     modes_observed: int = 0
     pedestrians_observed: int = 8

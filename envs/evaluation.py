@@ -153,7 +153,7 @@ def _about(task: Task, seed: int) -> Row:
         "robot_visible": environment.robot_visible,
         "arm": task.arm,
         "policy": task.policy,
-        "forecaster": environment.forecaster,
+        "forecaster": str(environment.forecaster),
         "horizon": environment.horizon,
         "seed": seed,
     }
@@ -224,7 +224,7 @@ def _tasks(config: EvaluationConfig) -> list[Task]:
         for first in range(0, len(config.seeds), size)
     ]
     # The dearest go first, so that no worker starts one when the others are done.
-    return sorted(tasks, key=lambda task: _CHEAPNESS.get(task.environment.forecaster, 0))
+    return sorted(tasks, key=lambda task: _CHEAPNESS.get(str(task.environment.forecaster), 0))
 
 
 def _task(

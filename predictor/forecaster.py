@@ -20,6 +20,7 @@ BUNDLED_WEIGHTS: Final = {
 how."""
 
 
+@runtime_checkable
 class Forecaster(Protocol):
     """Turns observed tracks into one future path for each person.
 

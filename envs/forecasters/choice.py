@@ -31,6 +31,8 @@ def make_world_forecaster(config: CrowdNavConfig) -> WorldForecaster | None:
 
 def _named(config: CrowdNavConfig) -> WorldForecaster | None:
     spec = config.forecaster
+    if not isinstance(spec, str):
+        return TrackForecaster(_checked(spec, config), modes=config.modes_observed)
     if spec == "oracle":
         return Oracle(config)
     if spec.startswith(f"{NOISY_ORACLE}@"):
@@ -71,10 +73,14 @@ def make_track_forecaster(spec: str, *, horizon: float = 4.8) -> Forecaster | No
 
 
 def _checked(forecaster: Forecaster, config: CrowdNavConfig) -> Forecaster:
-    for name, expected in (("frame_dt", config.frame_dt), ("history_steps", config.history_steps)):
-        if getattr(forecaster, name) != expected:
+    if not isinstance(forecaster, Forecaster):
+        raise ValueError(
+            f"forecaster must be a name, the path of a checkpoint or a Forecaster, got {forecaster}"
+        )
+    for name in ("frame_dt", "history_steps", "forecast_steps"):
+        expected, found = getattr(forecaster, name), getattr(config, name)
+        if found != expected:
             raise ValueError(
-                f"{name} must be {getattr(forecaster, name)} for the forecaster "
-                f"{config.forecaster}, got {expected}"
+                f"{name} must be {expected} for the forecaster {forecaster.name}, got {found}"
             )
     return forecaster

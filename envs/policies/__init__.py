@@ -50,7 +50,7 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
     if at and name == "mppi":
         return MPPIPolicy(config, MPPIParameters(horizon=_seconds(seconds)))
     if name == "ppo":
-        return _learned(bundled_policy(spec, config.forecaster), config)
+        return _learned(bundled_policy(spec, str(config.forecaster)), config)
     if Path(spec).is_dir():
         return _learned(Path(spec), config)
     raise ValueError(

@@ -11,6 +11,7 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from envs.config import CrowdNavConfig
 from envs.policies import SIMPLE, make_policy
+from predictor.forecaster import make_forecaster
 
 IDS = ("crowdnav/CrowdNav-v0", "crowdnav/CrowdNavFlat-v0")
 ROBOTS = ("unicycle", "holonomic", "bicycle")
@@ -128,6 +129,29 @@ def test_forecasts_of_who_walks_away_ahead_lead_along_plus_x(forecaster, scene):
     for path in paths:
         assert (path[:, 0] > observation["history"][0, 0, 0]).all()
         assert np.abs(path[:4, 1]).max() < 0.5
+
+
+@pytest.mark.parametrize("name", ["constant_velocity", "fast"])
+def test_a_forecaster_itself_is_as_good_as_its_name(name):
+    envs = [
+        gymnasium.make("crowdnav/CrowdNav-v0", forecaster=forecaster)
+        for forecaster in (name, make_forecaster(name))
+    ]
+    for _ in range(2):
+        by_name, itself = (env.reset(seed=3)[0] for env in envs)
+        same(by_name, itself)
+        for _ in range(8):
+            by_name, itself = (env.step(ROLLING[0])[0] for env in envs)
+            same(by_name, itself)
+
+
+def test_what_cannot_forecast_is_refused():
+    with pytest.raises(ValueError, match=r"forecaster must be a name, .*, got 3"):
+        gymnasium.make("crowdnav/CrowdNav-v0", forecaster=3)
+    with pytest.raises(ValueError, match="forecast_steps must be 12 for the forecaster constant_v"):
+        gymnasium.make(
+            "crowdnav/CrowdNav-v0", forecaster=make_forecaster("constant_velocity"), horizon=2.4
+        )
 
 
 def watched(env, seed):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-import envs.forecasters.choice
 from envs.config import make_config
 from envs.episodes import Episodes
 from envs.foresight import grown
@@ -46,9 +45,8 @@ class Turning(ConstantVelocityForecaster):
 
 
 @pytest.fixture
-def turning(monkeypatch):
-    monkeypatch.setattr(envs.forecasters.choice, "make_forecaster", lambda spec, horizon: Turning())
-    return "turning"
+def turning():
+    return Turning()
 
 
 def started(seeds=(3,), steps=0, **keywords):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-import envs.forecasters.choice
 from crowdsim.recordings import Picture, Recording
 from crowdsim.render import render_map
 from envs.crowd_nav import CrowdNav
@@ -35,12 +34,8 @@ class Listening(ConstantVelocityForecaster):
 
 
 @pytest.fixture
-def listening(monkeypatch):
-    forecaster = Listening()
-    monkeypatch.setattr(
-        envs.forecasters.choice, "make_forecaster", lambda spec, horizon: forecaster
-    )
-    return forecaster
+def listening():
+    return Listening()
 
 
 def recorded(trace, *, with_robot):
@@ -74,7 +69,12 @@ def picked(inputs, rows):
 @pytest.mark.parametrize("scenario", ["circular_crossing", "parallel_traffic", "narrow_doorway"])
 def test_inputs_equal_those_of_the_training_data(scenario, visible, listening):
     env = CrowdNav(
-        scenario=scenario, robot_visible=visible, sensor_range=500.0, record=True, time_limit=10.0
+        scenario=scenario,
+        robot_visible=visible,
+        sensor_range=500.0,
+        forecaster=listening,
+        record=True,
+        time_limit=10.0,
     )
     ended, seed = False, 0
     while not ended or len(env.trace.position) < 40:
