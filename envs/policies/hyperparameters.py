@@ -30,7 +30,7 @@ class Hyperparameters:
     algorithm: str
     environments: int
     steps: int
-    normalize: Mapping[str, bool] | None
+    normalize: Mapping[str, Any] | None
     keywords: Mapping[str, Any]
 
 
