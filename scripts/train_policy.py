@@ -29,6 +29,7 @@ def train_policy(
     environment: dict[str, Any] | None = None,
     steps: PositiveInt | None = None,
     environments: PositiveInt | None = None,
+    start: Path | None = None,
     out: Path = Path("runs/policy"),
     seed: NonNegativeInt = 0,
 ) -> None:
@@ -49,6 +50,7 @@ def train_policy(
         steps: Environment steps of all environments together, rounded up to whole updates, instead
             of the algorithm's own number.
         environments: Environments side by side, instead of the algorithm's own number.
+        start: Folder of a policy of the same algorithm to go on from, in another scenario, say.
         out: Folder of the policy.
         seed: Seed of the weights, the exploration and the episodes.
     """
@@ -77,8 +79,11 @@ def train_policy(
     if environments is None:
         environments = hyperparameters.environments
     model = make_model(hyperparameters, config, environments=environments, seed=seed)
+    if start is not None:
+        go_on_from(model, start)
     curve = learn(model, steps, progress_bar=True)
     training = {
+        "start": None if start is None else str(start),
         "steps": model.num_timesteps,
         "environments": environments,
         "seed": seed,
@@ -132,6 +137,13 @@ def make_model(
         env = VecNormalize(env, gamma=keywords["gamma"], **hyperparameters.normalize)
     algorithm = ALGORITHMS[hyperparameters.algorithm]
     return algorithm.model(algorithm.network, env, device="cpu", **keywords)
+
+
+def go_on_from(model: "BaseAlgorithm", folder: Path) -> None:
+    """Give a model the weights of a stored policy of the same algorithm and observation."""
+    from envs.policies.policy_files import load_network, read_description
+
+    model.policy.load_state_dict(load_network(folder, read_description(folder)).state_dict())
 
 
 def schedule(learning_rate: float | str) -> "float | Callable[[float], float]":

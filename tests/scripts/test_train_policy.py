@@ -10,7 +10,14 @@ from envs.policies import make_policy
 from envs.policies.hyperparameters import read_hyperparameters
 from envs.policies.networks import ALGORITHMS
 from envs.policies.policy_files import own_weights, save_policy
-from scripts.train_policy import curve_point, learn, make_environment, make_model, schedule
+from scripts.train_policy import (
+    curve_point,
+    go_on_from,
+    learn,
+    make_environment,
+    make_model,
+    schedule,
+)
 
 EASY = CrowdNavConfig(
     scenario_parameters={"pedestrians": 0, "radius": 2.0},
@@ -57,6 +64,17 @@ def test_every_algorithm_is_trained_stored_and_acts_as_its_model_does(tmp_path, 
         expected, state = model.predict(observation, state=state, deterministic=True)
         np.testing.assert_array_equal(policy.act(observation), expected)
         observation, *_ = env.step(expected)
+
+
+def test_training_goes_on_from_a_stored_policy(tmp_path):
+    first, second = short_model("ppo"), short_model("ppo")
+    learn(first, steps=256, progress_bar=False)
+    save_policy(first, tmp_path, config=EASY, training={})
+    go_on_from(second, tmp_path)
+    expected = own_weights(first.policy)
+    assert all(
+        torch.equal(value, expected[name]) for name, value in own_weights(second.policy).items()
+    )
 
 
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
