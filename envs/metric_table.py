@@ -198,13 +198,14 @@ METRICS: dict[str, Metric] = {
         label="pedestrian delay",
         unit="s",
         definition="How much later people are on their own path than in the twin run without the "
-        "robot, mean over people at the end; unknown in a replay, whose people cannot react.",
+        "robot, mean over people at the end; unknown in a replay, whose people cannot react, and "
+        "in a mission.",
     ),
     "pedestrian_displacement": Metric(
         label="pedestrian displacement",
         unit="m",
         definition="Mean distance of people from where they are at the same time in the twin run "
-        "without the robot; unknown in a replay.",
+        "without the robot; unknown in a replay and in a mission.",
     ),
     "forecast_ade": Metric(
         label="forecast ADE",
