@@ -8,7 +8,7 @@ from typing import Any, Final
 from envs.config import CrowdNavConfig, make_config
 from envs.summary import ALL_SCENARIOS
 
-VISIBILITY: Final = {True: "visible", False: "invisible"}
+VISIBILITY_NAMES: Final = {True: "visible", False: "invisible"}
 """What a scenario is called by whether people see the robot."""
 
 
@@ -180,7 +180,7 @@ def variants(
         replace(
             crowd,
             settings={**crowd.settings, "robot_visible": visible},
-            variant=", ".join(filter(None, (crowd.variant, VISIBILITY[visible]))),
+            variant=", ".join(filter(None, (crowd.variant, VISIBILITY_NAMES[visible]))),
         )
         for crowd in crowds
         for visible in robot_visible

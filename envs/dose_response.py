@@ -31,8 +31,8 @@ def rank_correlation(
 ) -> Interval:
     """Spearman's rho of the mean closed-loop FDE and a mean outcome over forecasters.
 
-    One rho per policy, scenario and horizon with at least `LEAST_FORECASTERS` forecasters, averaged over
-    those; the interval is a percentile bootstrap that resamples seeds, the same for all arms.
+    One rho per policy, scenario and horizon with at least `LEAST_FORECASTERS` forecasters, averaged
+    over those; the interval is a percentile bootstrap that resamples seeds, the same for all arms.
 
     Args:
         rows: One per episode.
@@ -42,7 +42,8 @@ def rank_correlation(
         resamples: Number of resamples.
 
     Returns:
-        The correlation; `n` is the number of policies times scenarios and horizons. NaN where there is none.
+        The correlation; `n` is the number of policies times scenarios times horizons. NaN where
+        there is none.
     """
     tables = [
         (_by_seed(group, ERROR), _by_seed(group, outcome)) for group in _groups(rows).values()

@@ -20,6 +20,7 @@ from crowdsim.recordings.store import write_atomic
 from crowdsim.scenarios import make_scenario
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
 from envs.config import CrowdNavConfig
+from envs.curves import setting_curves
 from envs.dose_response import rank_correlation
 from envs.episode_rows import Measured, Row, rows_as_parquet
 from envs.findings import findings
@@ -51,8 +52,8 @@ class Evaluation:
             likewise.
         summary: `run` (command, machine, …), `config`, `findings`, `dose_response` (rank
             correlation of forecast error and outcomes), `forecast_errors` (by step, distance and
-            history), and what `envs.summary.summarize` gives;
-            fits into JSON.
+            history), `settings` (curves over what was varied, `envs.curves.setting_curves`), and
+            what `envs.summary.summarize` gives; fits into JSON.
         recorded: A few instructive episodes, of every arm from the same seed.
     """
 
@@ -107,6 +108,7 @@ def evaluate(
         **summarize(rows, reference=config.reference_arm, seed=config.statistics_seed),
         "dose_response": _dose_response(rows, config.statistics_seed),
         "forecast_errors": forecast_breakdown(cells, config.statistics_seed),
+        "settings": setting_curves(rows, config.statistics_seed),
     }
     summary["findings"] = findings(summary)
     return Evaluation(
@@ -184,11 +186,19 @@ def _run(
 
 def _replays(config: EvaluationConfig, rows: Sequence[Row]) -> list[RecordedEpisode]:
     """A few instructive episodes of every scenario, all arms from the same seeds, in order."""
-    tasks = []
+    wanted = []
     for choice in config.scenarios:
         own = [row for row in rows if row["scenario"] == choice.name]
         seeds = instructive_seeds(own, config.seeds[: config.replay_candidates], config.replays)
-        tasks += [_task(config, arm, choice, (seed,)) for seed in seeds for arm in config.arms]
+        wanted += [(choice, arm, seed) for seed in seeds for arm in config.arms]
+    return record(config, wanted)
+
+
+def record(
+    config: EvaluationConfig, wanted: Sequence[tuple[ScenarioChoice, Arm, int]]
+) -> list[RecordedEpisode]:
+    """Runs some episodes once more, each of a scenario, arm and seed, and keeps them whole."""
+    tasks = [_task(config, arm, choice, (seed,)) for choice, arm, seed in wanted]
     recorded = run_tasks(record_episodes, tasks, workers=config.workers) if tasks else []
     return [episode for episodes in recorded for episode in episodes]
 

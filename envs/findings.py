@@ -1,42 +1,99 @@
-"""What an evaluation found, one sentence each, inconclusive ones included."""
+"""What an evaluation found, by question, one sentence each, inconclusive ones included."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
-from envs.metric_table import HEADLINE, METRICS, Metric, aggregate_name
+from envs.comparison import VISIBILITY_NAMES
+from envs.metric_table import HEADLINE, METRICS, aggregate_name
 from envs.summary import ALL_SCENARIOS
+from envs.wording import difference_text, listed, number, share, verdict_words
+
+HELP: Final = "Does forecasting help?"
+ROBOT_PART: Final = "How much of the forecast error is the robot's own doing?"
+DOSE: Final = "Does a better forecast drive better?"
+IN_THE_LOOP: Final = "How good are forecasts in the closed loop?"
+HORIZON: Final = "How long a horizon pays?"
+VISIBILITY: Final = "Does it matter whether people see the robot?"
+OTHER_PEOPLE: Final = "Does it hold for people who move by another model?"
+
+HOW_TO_ASK: Final[Mapping[str, str]] = {
+    HELP: "compare a policy with and without forecasts, such as "
+    "--policies mppi --forecasters none,constant_velocity",
+    ROBOT_PART: "--twins",
+    DOSE: "three forecasters or more in the same policy, such as "
+    "--forecasters constant_velocity,oracle,oracle_noisy@sigma=1",
+    IN_THE_LOOP: "a forecaster, such as --forecasters constant_velocity, and episodes longer than "
+    "its horizon",
+    HORIZON: "--policies mppi@9.6 --horizons [0,0.4,1.2,2.4,4.8,9.6]",
+    VISIBILITY: "--robot_visible [true,false]",
+    OTHER_PEOPLE: "--models social_force,orca",
+}
+"""Every question of the report, in its order, and what an evaluation needs to answer it."""
 
 
-def findings(summary: Mapping[str, Any]) -> list[str]:
+def findings(summary: Mapping[str, Any]) -> dict[str, list[str]]:
     """Sentences with numbers, intervals and counts from the summary of an evaluation.
 
-    Per arm: its success against the reference, then which other differences are conclusive; then
-    the arms with forecasts against one another, how far off their forecasts were, and whether that
-    tells how they drive.
+    Returns:
+        By question of `HOW_TO_ASK`; one that was not asked has the sentence that says how to.
     """
+    breakdown = summary["forecast_errors"]
+    settings = summary["settings"]
+    group = pooled_group(summary)
+    answers = {
+        HELP: _help(summary, group),
+        ROBOT_PART: _robot_part(breakdown, group),
+        DOSE: _dose(summary["dose_response"]),
+        IN_THE_LOOP: _in_the_loop(group, breakdown),
+        HORIZON: _horizon(settings["horizon"]),
+        VISIBILITY: _changes(settings["robot_visible"], VISIBILITY_NAMES.__getitem__),
+        OTHER_PEOPLE: _changes(settings["model"], str),
+    }
+    if not group["without_forecasts"]:
+        answers[HELP].append(_not_asked(HELP))
+    return {
+        question: answers[question] if answers[question] else [_not_asked(question)]
+        for question in HOW_TO_ASK
+    }
+
+
+def _not_asked(question: str) -> str:
+    return f"Not asked here; to ask: {HOW_TO_ASK[question]}."
+
+
+def pooled_group(summary: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The entry of all scenarios together, or of the only one."""
     scenarios = summary["scenarios"]
-    pooled = ALL_SCENARIOS in scenarios
-    group = scenarios[ALL_SCENARIOS] if pooled else next(iter(scenarios.values()))
-    reference = summary["reference"]
-    sentences = [_reference_sentence(reference, group)]
-    for arm, differences in group["differences"].items():
-        sentences.append(_success_sentence(arm, reference, group, differences))
-        sentences.append(f"{arm} against {reference} otherwise: {_compared(differences)}.")
-    for arm, earlier in group["between"].items():
-        for other, differences in earlier.items():
-            if differences["forecast_fde"]["mean"] is not None:
-                success = difference_text(differences["success"], METRICS["success"])
-                sentences.append(
-                    f"{arm} against {other}: success {success}, "
-                    f"{_verdict_words(differences['success']['verdict'])}; "
-                    f"{_compared(differences)}."
-                )
-                if pooled:
-                    sentences.append(_by_scenario(arm, other, scenarios))
-    sentences += _forecast_sentences(group)
-    sentences += _distance_sentences(summary.get("forecast_errors", {}))
-    sentences += _robot_sentences(summary.get("forecast_errors", {}))
-    return sentences + _dose_sentences(summary.get("dose_response", {}))
+    name = ALL_SCENARIOS if ALL_SCENARIOS in scenarios else next(iter(scenarios))
+    group: Mapping[str, Any] = scenarios[name]
+    return group
+
+
+def _help(summary: Mapping[str, Any], group: Mapping[str, Any]) -> list[str]:
+    """Every arm against its policy without forecasts, or else against the reference."""
+    arms, reference = summary["arms"], summary["reference"]
+    sentences = [*_help_counts(group["without_forecasts"]), _reference_sentence(reference, group)]
+    for arm in arms:
+        if arm in group["without_forecasts"]:
+            sentences += _compared(
+                arm, "the same policy without forecasts", group, "without_forecasts"
+            )
+        elif arm != reference:
+            sentences += _compared(arm, reference, group, "differences")
+    return sentences + _between_forecasters(summary, group)
+
+
+def _help_counts(gains: Mapping[str, Any]) -> list[str]:
+    """In how many arms forecasts change success, as a first answer."""
+    if not gains:
+        return []
+    verdicts = [entry["success"]["verdict"] for entry in gains.values()]
+    counts = {name: verdicts.count(name) for name in ("better", "worse", "inconclusive")}
+    told = listed([f"{count} {name}" for name, count in counts.items()])
+    return [
+        f"Of {len(verdicts)} pairs of policy and forecaster, {told} in success than the same "
+        "policy without forecasts, all scenarios together."
+    ]
 
 
 def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
@@ -48,18 +105,19 @@ def _reference_sentence(reference: str, group: Mapping[str, Any]) -> str:
     )
 
 
-def _success_sentence(
-    arm: str, reference: str, group: Mapping[str, Any], differences: Mapping[str, Any]
-) -> str:
-    success, difference = group["arms"][arm]["metrics"]["success"], differences["success"]
-    return (
+def _compared(arm: str, other: str, group: Mapping[str, Any], where: str) -> list[str]:
+    """An arm's success against another's, and what the other headline metrics say."""
+    success, differences = group["arms"][arm]["metrics"]["success"], group[where][arm]
+    difference = differences["success"]
+    return [
         f"{arm} reached its goal in {share(success)}: "
-        f"{difference_text(difference, METRICS['success'])} against {reference} "
-        f"(n = {difference['n']} pairs), {_verdict_words(difference['verdict'])}."
-    )
+        f"{difference_text(difference, METRICS['success'])} against {other} "
+        f"(n = {difference['n']} pairs), {verdict_words(difference['verdict'])}; "
+        f"{_otherwise(differences)}."
+    ]
 
 
-def _compared(differences: Mapping[str, Any]) -> str:
+def _otherwise(differences: Mapping[str, Any]) -> str:
     """What the headline metrics besides success say, conclusive differences first."""
     conclusive: list[str] = []
     unclear: list[str] = []
@@ -73,8 +131,23 @@ def _compared(differences: Mapping[str, Any]) -> str:
             text = difference_text(difference, METRICS[key])
             conclusive.append(f"{difference['verdict']} in {METRICS[key].label} by {text}")
     if unclear:
-        conclusive.append(f"inconclusive in {_listed(unclear)}")
+        conclusive.append(f"inconclusive in {listed(unclear)}")
     return "; ".join(conclusive)
+
+
+def _between_forecasters(summary: Mapping[str, Any], group: Mapping[str, Any]) -> list[str]:
+    """Every forecaster against the first one of the same policy and horizon."""
+    sentences = []
+    for arm, earlier in group["between"].items():
+        for other, differences in list(earlier.items())[:1]:
+            success = difference_text(differences["success"], METRICS["success"])
+            sentences.append(
+                f"{arm} against {other}: success {success}, "
+                f"{verdict_words(differences['success']['verdict'])}; {_otherwise(differences)}."
+            )
+            if ALL_SCENARIOS in summary["scenarios"]:
+                sentences.append(_by_scenario(arm, other, summary["scenarios"]))
+    return sentences
 
 
 def _by_scenario(arm: str, other: str, scenarios: Mapping[str, Any]) -> str:
@@ -88,65 +161,32 @@ def _by_scenario(arm: str, other: str, scenarios: Mapping[str, Any]) -> str:
     return f"{arm} against {other} by scenario, forecast FDE: {'; '.join(parts)}."
 
 
-def _forecast_sentences(group: Mapping[str, Any]) -> list[str]:
-    errors = {
-        arm: entry["metrics"]["forecast_fde"]
-        for arm, entry in group["arms"].items()
-        if entry["metrics"]["forecast_fde"]["mean"] is not None
-    }
-    if not errors:
-        return []
-    listed = _listed(
-        [f"{arm} {number(error, METRICS['forecast_fde'])}" for arm, error in errors.items()]
-    )
-    return [f"Closed-loop error at the end of the forecast horizon (FDE): {listed}."]
-
-
-def _distance_sentences(breakdown: Mapping[str, Any]) -> list[str]:
-    """Per arm, how far off forecasts are by distance, and whether their radii hold."""
+def _robot_part(breakdown: Mapping[str, Any], group: Mapping[str, Any]) -> list[str]:
+    """Per arm, what of its forecast error the robot caused and its delay; none without twins."""
     metric = METRICS["forecast_fde"]
     sentences = []
-    for arm, entry in _pooled(breakdown).items():
-        parts = [
-            f"{name.rstrip('-')} m{' and more' if name.endswith('-') else ''} "
-            f"{number(numbers['fde'], metric)}"
-            for name, numbers in entry["by_distance"].items()
-        ]
-        last = entry["by_step"][-1]
-        sentences.append(
-            f"{arm}, FDE by the distance to the robot when forecast: {_listed(parts)}; "
-            f"{share(last['coverage'])} of the positions {last['seconds']:g} s ahead "
-            "lay within the forecast's radius."
-        )
-    return sentences
-
-
-def _robot_sentences(breakdown: Mapping[str, Any]) -> list[str]:
-    """Per arm, how much of its forecast error the robot caused; nothing without twins."""
-    metric = METRICS["forecast_fde"]
-    sentences = []
-    for arm, entry in _pooled(breakdown).items():
+    for arm, entry in _pooled_errors(breakdown).items():
         for last in entry["robot_part"][-1:]:
             sentences.append(
                 f"{arm}, {last['seconds']:g} s ahead: of an error of "
                 f"{number(last['error'], metric)} the forecast would have made "
                 f"{number(last['model_error'], metric)} without a robot; the robot moved people by "
                 f"{number(last['displacement'], metric)} and changed the error by "
-                f"{difference_text(last['caused'], metric)} (n = {last['error']['n']} forecasts)."
+                f"{difference_text(last['caused'], metric)} (n = {last['error']['n']} forecasts)"
+                f"{_delay(group['arms'][arm]['metrics']['pedestrian_delay'])}."
             )
     return sentences
 
 
-def _pooled(breakdown: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The arms of all scenarios together, or of the only one; none without forecasts."""
-    if not breakdown:
-        return {}
-    scenario = ALL_SCENARIOS if ALL_SCENARIOS in breakdown else next(iter(breakdown))
-    arms: Mapping[str, Any] = breakdown[scenario]
-    return arms
+def _delay(entry: Mapping[str, Any]) -> str:
+    """By how much a robot delayed people over a whole episode; nothing where it is unknown."""
+    if entry["mean"] is None:
+        return ""
+    delay = number(entry, METRICS["pedestrian_delay"])
+    return f"; by the end of an episode it had delayed people by {delay} each"
 
 
-def _dose_sentences(correlations: Mapping[str, Any]) -> list[str]:
+def _dose(correlations: Mapping[str, Any]) -> list[str]:
     """Whether the forecaster that errs more also drives worse; nothing with too few of them."""
     parts = [
         f"{METRICS[key].label} {rho['mean']:+.2f} [{rho['low']:+.2f}, {rho['high']:+.2f}]"
@@ -158,52 +198,87 @@ def _dose_sentences(correlations: Mapping[str, Any]) -> list[str]:
     count = next(iter(correlations.values()))["n"]
     return [
         "Rank correlation (Spearman) of the forecasts' FDE over forecasters with "
-        f"{_listed(parts)}; mean over {count} policies × scenarios."
+        f"{listed(parts)}; mean over {count} pairs of policy and scenario. An interval that holds "
+        "zero leaves it open."
     ]
 
 
-def share(entry: Mapping[str, Any]) -> str:
-    """A proportion with its interval in percent."""
-    if entry["low"] is None:
-        return f"{100 * entry['mean']:.0f} %{_interval_text(entry, 100.0, '.0f')}"
-    return f"{100 * entry['mean']:.0f} % [{100 * entry['low']:.0f}, {100 * entry['high']:.0f}]"
+def _in_the_loop(group: Mapping[str, Any], breakdown: Mapping[str, Any]) -> list[str]:
+    """How far off forecasts are at their end, by distance, and whether their radii hold."""
+    metric = METRICS["forecast_fde"]
+    errors = {
+        arm: entry["metrics"]["forecast_fde"]
+        for arm, entry in group["arms"].items()
+        if entry["metrics"]["forecast_fde"]["mean"] is not None
+    }
+    if not errors:
+        return []
+    ends = listed([f"{arm} {number(error, metric)}" for arm, error in errors.items()])
+    sentences = [f"Closed-loop error at the end of the forecast horizon (FDE): {ends}."]
+    for arm, entry in _pooled_errors(breakdown).items():
+        parts = [
+            f"{name.rstrip('-')} m{' and more' if name.endswith('-') else ''} "
+            f"{number(numbers['fde'], metric)}"
+            for name, numbers in entry["by_distance"].items()
+        ]
+        last = entry["by_step"][-1]
+        sentences.append(
+            f"{arm}, FDE by the distance to the robot when forecast: {listed(parts)}; "
+            f"{share(last['coverage'])} of the positions {last['seconds']:g} s ahead "
+            "lay within the forecast's radius."
+        )
+    return sentences
 
 
-def number(entry: Mapping[str, Any], metric: Metric) -> str:
-    """A mean with its unit and interval."""
-    style = f"z.{_decimals(entry)}f"
-    return f"{entry['mean']:{style}}{_unit(metric)}{_interval_text(entry, 1.0, style)}"
+def _horizon(lines: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
+    """Per policy and forecaster, success over the horizon, and the last step that helps."""
+    sentences = []
+    for line, points in lines.items():
+        steps = [
+            f"{share(point['metrics']['success'])} {_reach(point['value'])}" for point in points
+        ]
+        better = [point for point in points if _verdict(point) == "better"]
+        worse = [point for point in points if _verdict(point) == "worse"]
+        pays = "No horizon is conclusively better than the next shorter one"
+        if better:
+            gain = difference_text(better[-1]["change"]["success"], METRICS["success"])
+            pays = f"The last step that helps conclusively is to {better[-1]['value']:g} s ({gain})"
+        hurts = "none conclusively hurts"
+        if worse:
+            loss = difference_text(worse[0]["change"]["success"], METRICS["success"])
+            hurts = f"the first that hurts is to {worse[0]['value']:g} s ({loss})"
+        sentences.append(
+            f"{line}: success {listed(steps)}. {pays}; {hurts} (n = {points[0]['n']} per horizon)."
+        )
+    return sentences
 
 
-def difference_text(entry: Mapping[str, Any], metric: Metric) -> str:
-    """A signed difference with its interval; proportions in percentage points."""
-    if metric.kind == "share":
-        return f"{100 * entry['mean']:+z.1f} points{_interval_text(entry, 100.0, '+z.1f')}"
-    style = f"+z.{_decimals(entry)}f"
-    return f"{entry['mean']:{style}}{_unit(metric)}{_interval_text(entry, 1.0, style)}"
+def _verdict(point: Mapping[str, Any]) -> str:
+    return str(point["change"]["success"]["verdict"]) if point["change"] else "inconclusive"
 
 
-def _decimals(entry: Mapping[str, Any]) -> int:
-    """Enough to tell the number and its interval from zero."""
-    ends = [entry[key] for key in ("mean", "low", "high") if entry[key] is not None]
-    return 3 if any(0 < abs(end) < 0.05 for end in ends) else 2
+def _reach(seconds: float) -> str:
+    return f"at {seconds:g} s" if seconds else "without forecasts"
 
 
-def _unit(metric: Metric) -> str:
-    return f" {metric.unit}" if metric.unit else ""
+def _changes(
+    lines: Mapping[str, Sequence[Mapping[str, Any]]], name: Callable[[Any], str]
+) -> list[str]:
+    """Per arm, what every other value of a setting changes against the first."""
+    return [
+        f"{arm}, {name(point['value'])} against {name(points[0]['value'])}: success "
+        f"{difference_text(point['change']['success'], METRICS['success'])} "
+        f"(n = {point['change']['success']['n']} pairs), "
+        f"{verdict_words(_verdict(point))}; {_otherwise(point['change'])}."
+        for arm, points in lines.items()
+        for point in points[1:]
+    ]
 
 
-def _interval_text(entry: Mapping[str, Any], factor: float, style: str) -> str:
-    """Bracketed interval, or why there is none."""
-    if entry["low"] is None:
-        return " (too few episodes for an interval)"
-    return f" [{factor * entry['low']:{style}}, {factor * entry['high']:{style}}]"
-
-
-def _verdict_words(verdict: str) -> str:
-    return "inconclusive" if verdict == "inconclusive" else f"which is {verdict}"
-
-
-def _listed(items: list[str]) -> str:
-    """The items with commas and a last `and`."""
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+def _pooled_errors(breakdown: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The arms of all scenarios together, or of the only one; none without forecasts."""
+    if not breakdown:
+        return {}
+    scenario = ALL_SCENARIOS if ALL_SCENARIOS in breakdown else next(iter(breakdown))
+    arms: Mapping[str, Any] = breakdown[scenario]
+    return arms

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from envs.episode_rows import Row
 from envs.trace import Trace
@@ -37,6 +38,27 @@ def instructive_seeds(rows: Sequence[Row], candidates: Sequence[int], count: int
     endings = {seed: {_ending(row) for row in rows if row["seed"] == seed} for seed in candidates}
     by_variety = sorted(candidates, key=lambda seed: -len(endings[seed]))
     return sorted(by_variety[:count])
+
+
+def instructive_failure(points: Sequence[Sequence[Row]]) -> Row | None:
+    """Chooses a failure of one arm where turning a knob breaks it.
+
+    That is the value at which success falls most below that of the value before; among its
+    failures one whose seed the arm had mastered there says most.
+
+    Args:
+        points: Episodes of the arm at every value of the knob, in its order.
+
+    Returns:
+        The episode; None where the arm never failed.
+    """
+    success = [sum(bool(row["success"]) for row in rows) / len(rows) for rows in points]
+    falls = [0.0, *(before - after for before, after in pairwise(success))]
+    place = falls.index(max(falls))
+    failed = [row for row in points[place] if not row["success"]]
+    before = points[place - 1] if place > 0 else ()
+    mastered = {row["seed"] for row in before if row["success"]}
+    return next((row for row in failed if row["seed"] in mastered), next(iter(failed), None))
 
 
 def _ending(row: Row) -> str:

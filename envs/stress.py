@@ -10,19 +10,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from crowdsim.recordings.store import write_atomic
 from envs.comparison import EvaluationConfig, ScenarioChoice, cross
+from envs.curves import curve
 from envs.episode_rows import Row, rows_as_parquet
-from envs.evaluation import Progress, evaluate
-from envs.findings import number, share
+from envs.evaluation import Evaluation, Progress, evaluate, record
 from envs.finished_tasks import FinishedTasks
-from envs.knobs import KNOBS, Setting, is_number, turned
+from envs.forecast_cells import CELL_COLUMNS
+from envs.knobs import KNOBS, Setting, turned
 from envs.metric_table import METRICS, aggregate_name
-from envs.report.plots import ARM_COLORS
+from envs.replays import RecordedEpisode, instructive_failure
+from envs.report import plots
+from envs.report.curve_plots import SHOWN, curve_figure, value_text
+from envs.wording import difference_text, number, share
 
-SHOWN = ("success", "collision_pedestrian", "time_to_goal_penalized", "forecast_fde")
+Points = Mapping[Setting, ScenarioChoice]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,22 +32,22 @@ class StressConfig:
     """What is turned and what is kept.
 
     Attributes:
-        knob: Name in `envs.knobs.KNOBS`.
-        policies: What `envs.policies.make_policy` takes; for the knob `horizon` a planner should
+        knobs: Names in `envs.knobs.KNOBS`, each turned by itself.
+        policies: As `envs.comparison.cross` takes them; for the knob `horizon` a planner should
             plan as far ahead as the longest one.
         forecasters: What `CrowdNavConfig.forecaster` takes.
         scenario: Where.
         seeds: One episode per seed, policy, forecaster and value.
-        values: Where the knob is turned to; those of the knob if empty.
+        values: Where the only knob is turned to; those of each knob if empty.
         environment: Keywords of `CrowdNavConfig` for all.
         workers: Processes.
         width: Episodes side by side in a process.
 
     Raises:
-        ValueError: An unknown knob, or a value twice.
+        ValueError: An unknown knob, none, one twice, values for several, or a value twice.
     """
 
-    knob: str
+    knobs: tuple[str, ...]
     policies: tuple[str, ...]
     forecasters: tuple[str, ...]
     scenario: ScenarioChoice
@@ -56,15 +58,19 @@ class StressConfig:
     width: int = 8
 
     def __post_init__(self) -> None:
-        if self.knob not in KNOBS:
-            raise ValueError(f"knob must be one of {', '.join(KNOBS)}, got {self.knob!r}")
-        if len(set(self.values)) < len(self.values):
-            raise ValueError(f"values: expected each once, found {self.values}")
+        for knob in self.knobs:
+            if knob not in KNOBS:
+                raise ValueError(f"knob must be one of {', '.join(KNOBS)}, got {knob!r}")
+        for name, given in (("knobs", self.knobs), ("values", self.values)):
+            if len(set(given)) < len(given):
+                raise ValueError(f"{name}: expected each once, found {given}")
+        if not self.knobs or (self.values and len(self.knobs) > 1):
+            raise ValueError(f"values: expected with a single knob, found knobs {self.knobs}")
 
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Where the knob is turned to."""
-        return self.values if self.values else KNOBS[self.knob].values
+    def points(self, knob: str) -> dict[Setting, ScenarioChoice]:
+        """The scenario at every value of a knob."""
+        values = self.values if self.values else KNOBS[knob].values
+        return {value: turned(self.scenario, knob, value) for value in values}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,14 +80,19 @@ class Stress:
     Attributes:
         config: What was asked.
         rows: One per episode, as in `envs.evaluation.Evaluation`; the scenario is `knob=value`.
-        table: `run`, `scenario`, `knob`, `label`, `reference` and `curves`:
-            {arm: [{value, n, metrics, differences}]}; fits into JSON. Differences are to the
-            reference, the first arm, at the same value.
+        cells: Forecast errors of every episode, likewise.
+        table: `run`, `scenario`, `reference` and `knobs`: {knob: {label, findings, curves: {arm:
+            [{value, n, metrics, differences, change}]}}}; fits into JSON. `differences` are to the
+            reference, the first arm, at the same value, `change` to the first value.
+        recorded: Of every arm and knob one failure where it breaks, and beside it another arm that
+            mastered the same, if there is one.
     """
 
     config: StressConfig
     rows: list[Row]
+    cells: list[Row]
     table: dict[str, Any]
+    recorded: list[RecordedEpisode]
 
 
 def stress(
@@ -91,7 +102,7 @@ def stress(
     command: str = "",
     finished: FinishedTasks | None = None,
 ) -> Stress:
-    """Runs every policy with every forecaster at every value of the knob.
+    """Runs every policy with every forecaster at every value of every knob.
 
     Args:
         config: What is turned.
@@ -102,11 +113,11 @@ def stress(
     Raises:
         ValueError: A bad name or value, before any episode is run.
     """
-    points = {value: turned(config.scenario, config.knob, value) for value in config.settings}
+    knobs = {knob: config.points(knob) for knob in config.knobs}
     evaluation = evaluate(
         EvaluationConfig(
             arms=cross(config.policies, config.forecasters),
-            scenarios=tuple(points.values()),
+            scenarios=tuple(point for points in knobs.values() for point in points.values()),
             seeds=config.seeds,
             environment=config.environment,
             workers=config.workers,
@@ -118,93 +129,52 @@ def stress(
         command=command,
         finished=finished,
     )
-    scenarios = evaluation.summary["scenarios"]
-    curves: dict[str, list[dict[str, Any]]] = {}
-    for arm in evaluation.config.arms:
-        for value, point in points.items():
-            found = scenarios[point.name]
-            differences = found["differences"].get(arm.name, {})
-            entry = {"value": value, **found["arms"][arm.name], "differences": differences}
-            curves.setdefault(arm.name, []).append(entry)
     table = {
         "run": evaluation.summary["run"],
         "scenario": config.scenario.name,
-        "knob": config.knob,
-        "label": KNOBS[config.knob].label,
         "reference": evaluation.config.reference_arm,
-        "curves": curves,
+        "knobs": {knob: _knob_entry(evaluation, knob, points) for knob, points in knobs.items()},
     }
-    return Stress(config=config, rows=evaluation.rows, table=table)
+    return Stress(
+        config=config,
+        rows=evaluation.rows,
+        cells=evaluation.cells,
+        table=table,
+        recorded=_failures(evaluation, list(knobs.values())),
+    )
 
 
 def write_stress(result: Stress, folder: Path) -> None:
-    """Writes `stress.json`, `stress.md`, `stress.svg`, `stress.png` and `episodes.parquet`."""
+    """Writes `stress.json`, `stress.md`, both Parquet files, and each knob's `.svg` and `.png`."""
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(result.table, indent=2, allow_nan=False) + "\n"
     write_atomic(folder / "stress.json", text.encode())
     write_atomic(folder / "stress.md", (stress_table(result.table) + "\n").encode())
-    write_atomic(folder / "episodes.parquet", rows_as_parquet(result.rows, list(result.rows[0])))
-    figure = stress_figure(result.table)
-    for suffix in ("svg", "png"):
-        sink = io.BytesIO()
-        figure.savefig(sink, format=suffix, dpi=160)
-        write_atomic(folder / f"stress.{suffix}", sink.getvalue())
+    rows, cells = result.rows, result.cells
+    write_atomic(folder / "episodes.parquet", rows_as_parquet(rows, list(rows[0])))
+    write_atomic(folder / "forecast_errors.parquet", rows_as_parquet(cells, CELL_COLUMNS))
+    for knob, entry in result.table["knobs"].items():
+        with plots.styled():
+            figure = curve_figure(entry["curves"], entry["label"])
+            figure.tight_layout()
+            for suffix in ("svg", "png"):
+                sink = io.BytesIO()
+                figure.savefig(sink, format=suffix, dpi=160)
+                write_atomic(folder / f"{knob}.{suffix}", sink.getvalue())
 
 
 def stress_table(table: Mapping[str, Any]) -> str:
-    """The curves as a Markdown table; brackets hold 95 % intervals."""
-    head = ["arm", table["label"], "n", *(METRICS[key].label for key in SHOWN)]
+    """The curves as Markdown tables, one per knob; brackets hold 95 % intervals."""
+    return "\n\n".join(_markdown(entry) for entry in table["knobs"].values())
+
+
+def _markdown(entry: Mapping[str, Any]) -> str:
+    """One knob's curves."""
+    head = ["arm", entry["label"], "n", *(METRICS[key].label for key in SHOWN)]
     lines = [head, ["---"] * len(head)]
-    for arm, points in table["curves"].items():
-        lines += [[arm, _text(point["value"]), *_cells(point)] for point in points]
+    for arm, points in entry["curves"].items():
+        lines += [[arm, value_text(point["value"]), *_cells(point)] for point in points]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def stress_figure(table: Mapping[str, Any]) -> Figure:
-    """One panel per metric: a line with its interval for each arm over the knob's values."""
-    figure = Figure(figsize=(10.5, 6.2), layout="constrained")
-    panels = figure.subplots(2, 2).ravel()
-    values = [point["value"] for point in next(iter(table["curves"].values()))]
-    numeric = all(is_number(each) for each in values)
-    places = values if numeric else list(range(len(values)))
-    for axes, key in zip(panels, SHOWN, strict=True):
-        factor, unit = (100.0, "%") if METRICS[key].kind == "share" else (1.0, METRICS[key].unit)
-        for (arm, points), color in zip(table["curves"].items(), ARM_COLORS * 9, strict=False):
-            known, means, low, high = _curve(points, places, aggregate_name(key), factor)
-            axes.plot(known, means, "o-", color=color, label=arm)
-            axes.fill_between(known, low, high, color=color, alpha=0.12, linewidth=0)
-        axes.set_title(f"{METRICS[key].label} [{unit}]", loc="left", fontsize=10.5)
-        axes.set_xlabel(table["label"])
-        if not numeric:
-            axes.set_xticks(places, [_text(value) for value in values])
-        if numeric and values[0] > values[-1]:
-            axes.invert_xaxis()
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.grid(alpha=0.2)
-    panels[0].legend(frameon=False, fontsize=8.5)
-    count = next(iter(table["curves"].values()))[0]["n"]
-    figure.suptitle(
-        f"{table['scenario']}, n = {count} per point, bands are 95 % intervals", fontsize=11
-    )
-    return figure
-
-
-def _curve(
-    points: Sequence[Mapping[str, Any]], places: Sequence[float], name: str, factor: float
-) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Places, means and interval ends of the points where the metric is known."""
-    entries = [(place, point["metrics"][name]) for place, point in zip(places, points, strict=True)]
-    known = [(place, entry) for place, entry in entries if entry["low"] is not None]
-    means, low, high = (
-        [factor * entry[end] for _, entry in known] for end in ("mean", "low", "high")
-    )
-    return [place for place, _ in known], means, low, high
-
-
-def _text(value: Setting) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def _cells(arm: Mapping[str, Any]) -> list[str]:
@@ -219,3 +189,81 @@ def _cells(arm: Mapping[str, Any]) -> list[str]:
                 share(entry) if METRICS[key].kind == "share" else number(entry, METRICS[key])
             )
     return cells
+
+
+def _knob_entry(evaluation: Evaluation, knob: str, points: Points) -> dict[str, Any]:
+    """One knob's part of the table."""
+    scenarios = evaluation.summary["scenarios"]
+    curves = {}
+    for arm in evaluation.config.arms:
+        changes = curve(_episodes(evaluation, arm.name, points), seed=0)
+        curves[arm.name] = [
+            {
+                **entry,
+                "metrics": scenarios[point.name]["arms"][arm.name]["metrics"],
+                "differences": scenarios[point.name]["differences"].get(arm.name, {}),
+            }
+            for entry, point in zip(changes, points.values(), strict=True)
+        ]
+    found = [_sentence(arm, own) for arm, own in curves.items()]
+    return {"label": KNOBS[knob].label, "findings": found, "curves": curves}
+
+
+def _episodes(evaluation: Evaluation, arm: str, points: Points) -> dict[Setting, list[Row]]:
+    """An arm's episodes at every value, by seed."""
+    own: dict[str, list[Row]] = {point.name: [] for point in points.values()}
+    for row in evaluation.rows:
+        if row["arm"] == arm and row["scenario"] in own:
+            own[str(row["scenario"])].append(row)
+    return {value: own[point.name] for value, point in points.items()}
+
+
+def _sentence(arm: str, points: Sequence[Mapping[str, Any]]) -> str:
+    """Where an arm's success is surely another than at the first value."""
+    first, last = points[0], points[-1]
+    text = (
+        f"{arm}: success {share(first['metrics']['success'])} at {value_text(first['value'])}, "
+        f"{share(last['metrics']['success'])} at {value_text(last['value'])}"
+    )
+    changed = [
+        f"{value_text(point['value'])} ({point['change']['success']['verdict']}, "
+        f"{difference_text(point['change']['success'], METRICS['success'])})"
+        for point in points[1:]
+        if point["change"]["success"]["verdict"] != "inconclusive"
+    ]
+    told = "no value differs conclusively from the first"
+    if changed:
+        told = f"conclusively different from the first value at {', '.join(changed)}"
+    return f"{text}; {told} (n = {first['n']} per value)."
+
+
+def _failures(evaluation: Evaluation, knobs: Sequence[Points]) -> list[RecordedEpisode]:
+    """Instructive failures of every arm, each beside an arm that mastered the same episode."""
+    config = evaluation.config
+    wanted: set[tuple[str, int, str]] = set()
+    for points in knobs:
+        for arm in config.arms:
+            failed = instructive_failure(list(_episodes(evaluation, arm.name, points).values()))
+            if failed is not None:
+                episode = str(failed["scenario"]), int(str(failed["seed"]))
+                beside = _masters(evaluation.rows, failed)[:1]
+                wanted |= {(*episode, name) for name in (arm.name, *beside)}
+    return record(
+        config,
+        [
+            (choice, arm, seed)
+            for choice in config.scenarios
+            for seed in config.seeds
+            for arm in config.arms
+            if (choice.name, seed, arm.name) in wanted
+        ],
+    )
+
+
+def _masters(rows: Sequence[Row], failed: Row) -> list[str]:
+    """Arms that reached the goal where another failed."""
+    return [
+        str(row["arm"])
+        for row in rows
+        if row["success"] and all(row[key] == failed[key] for key in ("scenario", "seed"))
+    ]

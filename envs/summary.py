@@ -20,18 +20,20 @@ def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str
     """Aggregates episodes per scenario and arm, and compares every arm with the reference.
 
     Args:
-        rows: One per episode, with `scenario`, `arm`, `seed` and the columns of `METRICS`. Every
-            arm has the same seeds in a scenario.
+        rows: One per episode, with `scenario`, `arm`, `policy`, `forecaster`, `horizon`, `seed` and
+            the columns of `METRICS`. Every arm has the same seeds in a scenario.
         reference: Arm that the paired differences are taken against.
         seed: Seeds the bootstrap of every interval anew, so that none depends on what else is
             measured.
 
     Returns:
-        `{"reference": …, "scenarios": {scenario: {"arms": {arm: {"n": …, "metrics": {metric:
-        {"mean", "low", "high", "n"}}}}, "differences": {arm: {metric: {…, "verdict"}}}, "between":
-        {arm: {earlier arm: {metric: …}}}}}}`. `differences` are to the reference, `between` is for
-        the other pairs and `HEADLINE` metrics; the scenario `all` pools the others. Unknown numbers
-        are None.
+        `{"reference": …, "arms": {arm: {"policy", "forecaster", "horizon"}}, "scenarios":
+        {scenario: {"arms": {arm: {"n": …, "metrics": {metric: {"mean", "low", "high", "n"}}}},
+        "differences": {arm: {metric: {…, "verdict"}}}, "without_forecasts": likewise, "between":
+        {arm: {earlier arm: {metric: …}}}}}}`. `differences` are to the reference. The others are of
+        `HEADLINE` metrics: `without_forecasts` to the same policy without forecasts, `between`
+        to other forecasters of the same policy and horizon. The scenario `all` pools the others.
+        Unknown numbers are None.
 
     Raises:
         ValueError: Where the reference is not among the arms, or the arms' seeds differ.
@@ -43,10 +45,12 @@ def summarize(rows: Sequence[Row], *, reference: str, seed: int = 0) -> dict[str
     groups = {name: [row for row in rows if row["scenario"] == name] for name in scenarios}
     if len(scenarios) > 1:
         groups[ALL_SCENARIOS] = list(rows)
+    of_arm = {str(row["arm"]): {key: row[key] for key in _ARM} for row in rows}
     return {
         "reference": reference,
+        "arms": {arm: of_arm[arm] for arm in arms},
         "scenarios": {
-            name: _summarize_group(group, arms, reference, seed) for name, group in groups.items()
+            name: _summarize_group(group, of_arm, reference, seed) for name, group in groups.items()
         },
     }
 
@@ -65,44 +69,72 @@ def verdict(difference: Interval, better: str) -> str:
     return "better" if (difference.mean > 0) == (better == "higher") else "worse"
 
 
+_ARM = ("policy", "forecaster", "horizon")
+"""Columns that describe an arm."""
+
+
 def _summarize_group(
-    rows: Sequence[Row], arms: Sequence[str], reference: str, seed: int
+    rows: Sequence[Row], arms: Mapping[str, Row], reference: str, seed: int
 ) -> dict[str, Any]:
     """One scenario's entry of the summary."""
     of_arm = {arm: _ordered(rows, arm) for arm in arms}
-    others = [arm for arm in arms if arm != reference]
     for arm in arms:
         _check_paired(arm, of_arm[arm], reference, of_arm[reference])
+    headline = {
+        arm: {
+            other: differences(of_arm[arm], of_arm[other], HEADLINE, seed)
+            for other in _comparable(arm, arms)
+        }
+        for arm in arms
+        if arms[arm]["forecaster"] != "none"
+    }
+    blind = {arm: name for arm in headline for name in headline[arm] if _is_blind(arms[name])}
     return {
         "arms": {
-            arm: {
-                "n": len(of_arm[arm]),
-                "metrics": {
-                    aggregate_name(key): as_json(
-                        mean_interval(column(of_arm[arm], key), np.random.default_rng(seed))
-                    )
-                    for key in METRICS
-                },
-            }
-            for arm in arms
+            arm: {"n": len(own), "metrics": means(own, METRICS, seed)}
+            for arm, own in of_arm.items()
         },
         "differences": {
-            arm: _differences(of_arm[arm], of_arm[reference], METRICS, seed) for arm in others
+            arm: differences(own, of_arm[reference], METRICS, seed)
+            for arm, own in of_arm.items()
+            if arm != reference
         },
+        "without_forecasts": {arm: headline[arm][name] for arm, name in blind.items()},
         "between": {
-            arm: {
-                earlier: _differences(of_arm[arm], of_arm[earlier], HEADLINE, seed)
-                for earlier in others[:index]
-            }
-            for index, arm in enumerate(others)
+            arm: {name: entry for name, entry in others.items() if not _is_blind(arms[name])}
+            for arm, others in headline.items()
         },
     }
 
 
-def _differences(
+def _is_blind(arm: Row) -> bool:
+    """Whether it is shown no forecasts."""
+    return arm["forecaster"] == "none"
+
+
+def _comparable(arm: str, arms: Mapping[str, Row]) -> list[str]:
+    """The arm's policy without forecasts, and with earlier forecasters of the same horizon."""
+    names = [name for name in arms if arms[name]["policy"] == arms[arm]["policy"]]
+    earlier = names[: names.index(arm)]
+    return [name for name in names if _is_blind(arms[name])] + [
+        name
+        for name in earlier
+        if not _is_blind(arms[name]) and arms[name]["horizon"] == arms[arm]["horizon"]
+    ]
+
+
+def means(rows: Sequence[Row], keys: Iterable[str], seed: int) -> dict[str, Any]:
+    """Means of some metrics with their intervals, by the names of the aggregates."""
+    return {
+        aggregate_name(key): as_json(mean_interval(column(rows, key), np.random.default_rng(seed)))
+        for key in keys
+    }
+
+
+def differences(
     rows: Sequence[Row], others: Sequence[Row], keys: Iterable[str], seed: int
 ) -> dict[str, Any]:
-    """Paired difference of the metrics with its verdict."""
+    """Paired differences of some metrics, with verdicts, between rows in the same order."""
     entries = {}
     for key in keys:
         rng = np.random.default_rng(seed)

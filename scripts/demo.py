@@ -1,6 +1,7 @@
 """`crowdnav demo`: the main job with the bundled predictor, no argument needed."""
 
 import os
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -119,7 +120,7 @@ def print_findings(found: "Evaluation", out: Path) -> None:
     from scripts.tables import print_summary
 
     print_summary(found.summary)
-    for sentence in found.summary["findings"]:
+    for sentence in chain(*found.summary["findings"].values()):
         if sentence.startswith(f"{FORECASTING} "):
             print(f"* {sentence}")
     print(f"Report, opens offline: {out / 'report.html'}")

@@ -10,7 +10,7 @@ from scripts.output import require_file, require_folder, write_json
 
 
 def stress(
-    knob: str = "horizon",
+    knob: Names = Names("horizon"),
     values: list[bool | int | float | str] | None = None,
     policies: Names = Names("mppi@9.6"),
     forecasters: Names = Names("none,constant_velocity,fast"),
@@ -26,14 +26,16 @@ def stress(
 ) -> None:
     """Turn one knob from usual to hard, with everything else fixed and on common seeds.
 
-    Writes the curves as `stress.json`, `stress.md`, `stress.svg` and `stress.png`, and one row per
-    episode as `episodes.parquet`. The first policy with the first forecaster is the reference that
-    the differences in `stress.json` are taken against.
+    Writes `report.html` (curves, tables, and failures to replay; opens offline), `stress.json`,
+    `stress.md`, each knob's curves as `.svg` and `.png`, `episodes.parquet` with one row per
+    episode and `forecast_errors.parquet`. The first policy with the first forecaster is the
+    reference that the differences in `stress.json` are taken against.
 
     Args:
-        knob: horizon, density, crowd_speed, awareness, goal_changes, sudden_stops, motion_model,
-            missed_detections, position_noise, track_losses, occlusion, field_of_view or history.
-        values: Where to turn it to, such as [0.4,4.8]; the usual ones if not given.
+        knob: What to turn, each by itself: horizon, density, crowd_speed, awareness, goal_changes,
+            sudden_stops, motion_model, missed_detections, position_noise, track_losses, occlusion,
+            field_of_view, history, …; another name lists them all.
+        values: Where to turn a single knob to, such as [0.4,4.8]; the usual values if not given.
         policies: As `crowdnav evaluate` takes them; `mppi@SECONDS` plans that far ahead whatever
             the horizon of the forecasts.
         forecasters: As `crowdnav evaluate` takes them.
@@ -50,13 +52,14 @@ def stress(
     require_folder(out)
     require_file(json)
     from envs.comparison import ScenarioChoice
+    from envs.report import build_stress_report
     from envs.stress import StressConfig, stress_table, write_stress
     from envs.stress import stress as run
     from scripts.interruption import kept_tasks
     from scripts.progress import episodes_bar
 
     config = StressConfig(
-        knob=knob,
+        knobs=knob,
         values=() if values is None else tuple(values),
         policies=policies,
         forecasters=forecasters,
@@ -72,6 +75,7 @@ def stress(
     with kept_tasks(out, resume) as finished, episodes_bar() as progress:
         found = run(config, progress=progress, command=command, finished=finished)
         write_stress(found, out)
+    build_stress_report(found, out / "report.html")
     write_json(json, found.table)
     print(stress_table(found.table))
-    print(f"Curves in {out / 'stress.svg'}, this table in {out / 'stress.md'}")
+    print(f"Report in {out / 'report.html'}, this table in {out / 'stress.md'}")

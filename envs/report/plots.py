@@ -5,6 +5,7 @@ import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -37,6 +38,9 @@ INK = "#010203"
 SHOWN = tuple(key for key in HEADLINE if key != "collision_pedestrian")
 """Columns with a panel of their own; collisions are in the plot of outcomes."""
 
+PANELS_IN_A_ROW = 5
+"""More scenarios than these go below one another."""
+
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "font.family": "sans-serif",
@@ -60,32 +64,37 @@ def outcome_plot(summary: Mapping[str, Any]) -> str:
     scenarios = real_scenarios(summary)
     arms = arms_of(summary)
     with styled():
-        figure = Figure(figsize=(10.5, 0.75 + 0.3 * len(arms)))
-        panels = figure.subplots(1, len(scenarios), sharey=True, squeeze=False)[0]
-        for axes, (scenario, group) in zip(panels, scenarios.items(), strict=True):
-            left = np.zeros(len(arms))
-            for outcome, color in OUTCOME_COLORS.items():
-                shares = np.array([group["arms"][arm]["metrics"][outcome]["mean"] for arm in arms])
-                axes.barh(arms, 100 * shares, left=left, color=color, height=0.68)
-                left += 100 * shares
-            axes.set_title(_wrapped_name(scenario, 20))
-            axes.set_xlim(0, 100)
-            axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
-            axes.grid(axis="y", visible=False)
-        panels[0].invert_yaxis()
+        columns = min(len(scenarios), PANELS_IN_A_ROW)
+        rows = -(-len(scenarios) // columns)
+        figure = Figure(figsize=(10.5, rows * (0.75 + 0.3 * len(arms))))
+        grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
+        for axes, (scenario, group) in zip(grid.ravel(), scenarios.items(), strict=False):
+            _draw_outcomes(axes, arms, group)
+            axes.set_title(wrapped_name(scenario, 20))
+        for axes in grid.ravel()[len(scenarios) :]:
+            axes.set_axis_off()
+        grid[0, 0].invert_yaxis()
         return as_svg(figure, "How the episodes ended, per scenario and arm")
 
 
 def metric_plot(summary: Mapping[str, Any]) -> str:
-    """Means with 95 % intervals per scenario, one panel per metric of `SHOWN`."""
+    """Means with 95 % intervals, one panel per metric of `SHOWN`.
+
+    Few arms stand side by side in each scenario; many get a line each, over all scenarios.
+    """
     scenarios = real_scenarios(summary)
+    arms = arms_of(summary)
+    if len(arms) > len(ARM_COLORS):
+        entries = {arm: pooled(summary)["arms"][arm]["metrics"] for arm in arms}
+        title = "Means with 95 % intervals, over all scenarios"
+        return _arm_plot(summary, entries, title, zero=False)
     known = [key for key in SHOWN if _is_known(scenarios, key)]
     rows = -(-len(known) // 3)
     with styled():
         figure = Figure(figsize=(10.5, 2.7 * rows))
         panels = figure.subplots(rows, 3, squeeze=False).ravel()
         for axes, key in zip(panels, known, strict=False):
-            _draw_metric(axes, scenarios, arms_of(summary), key)
+            _draw_metric(axes, scenarios, arms, key)
         for axes in panels[len(known) :]:
             axes.set_axis_off()
         return as_svg(figure, "Means with 95 % intervals, per metric, scenario and arm")
@@ -93,35 +102,16 @@ def metric_plot(summary: Mapping[str, Any]) -> str:
 
 def difference_plot(summary: Mapping[str, Any]) -> str:
     """Paired differences to the reference with intervals, pooled over scenarios."""
+    title = f"Paired differences to {summary['reference']}"
+    return _arm_plot(summary, pooled(summary)["differences"], title, zero=True)
+
+
+def pooled(summary: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The entry of all scenarios together, or of the only one."""
     scenarios = summary["scenarios"]
-    group = (
-        scenarios[ALL_SCENARIOS] if ALL_SCENARIOS in scenarios else next(iter(scenarios.values()))
-    )
-    arms = list(group["differences"])
-    known = [
-        key
-        for key in SHOWN
-        if any(group["differences"][arm][aggregate_name(key)]["low"] is not None for arm in arms)
-    ]
-    if not known:
-        return ""
-    colors = arm_colors(summary)
-    with styled():
-        figure = Figure(figsize=(10.5, 0.9 + 0.3 * len(arms)))
-        panels = figure.subplots(1, len(known), sharey=True, squeeze=False)[0]
-        for axes, key in zip(panels, known, strict=True):
-            factor = 100.0 if METRICS[key].kind == "share" else 1.0
-            for row, arm in enumerate(arms):
-                entry = group["differences"][arm][aggregate_name(key)]
-                _draw_interval(axes, entry, row, colors[arm], factor, horizontal=True)
-            axes.axvline(0, color=INK, linewidth=0.8, alpha=0.6)
-            unit = "points" if METRICS[key].kind == "share" else METRICS[key].unit
-            axes.set_title(_wrapped_label(key), fontsize=9.5)
-            axes.set_xlabel(unit if unit else "difference")
-            axes.set_yticks(range(len(arms)), arms)
-            axes.margins(y=0.25)
-        panels[0].invert_yaxis()
-        return as_svg(figure, f"Paired differences to {summary['reference']}")
+    name = ALL_SCENARIOS if ALL_SCENARIOS in scenarios else next(iter(scenarios))
+    group: Mapping[str, Any] = scenarios[name]
+    return group
 
 
 def arms_of(summary: Mapping[str, Any]) -> list[str]:
@@ -130,8 +120,26 @@ def arms_of(summary: Mapping[str, Any]) -> list[str]:
 
 
 def arm_colors(summary: Mapping[str, Any]) -> dict[str, str]:
-    """One color per arm, the same in every plot and table."""
-    return {arm: ARM_COLORS[index % len(ARM_COLORS)] for index, arm in enumerate(arms_of(summary))}
+    """One color per arm, the same in every plot and table; many arms share their forecaster's."""
+    arms = summary["arms"]
+    names = [color_name(summary, arm) for arm in arms]
+    places = {name: index for index, name in enumerate(dict.fromkeys(names))}
+    return {
+        arm: ARM_COLORS[places[name] % len(ARM_COLORS)]
+        for arm, name in zip(arms, names, strict=True)
+    }
+
+
+def color_key(summary: Mapping[str, Any]) -> dict[str, str]:
+    """Colors by what they stand for: arms, or forecasters where there are many arms."""
+    return {color_name(summary, arm): color for arm, color in arm_colors(summary).items()}
+
+
+def color_name(summary: Mapping[str, Any], arm: str) -> str:
+    """What an arm's color stands for."""
+    if len(summary["arms"]) <= len(ARM_COLORS):
+        return arm
+    return Path(str(summary["arms"][arm]["forecaster"])).name
 
 
 def real_scenarios(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,7 +158,9 @@ def as_svg(figure: Figure, title: str) -> str:
     """The figure as an `<svg>` element in the page's text color, with a title for readers."""
     figure.tight_layout(pad=0.6, w_pad=1.2, h_pad=1.2)
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
+    figure.savefig(
+        buffer, format="svg", transparent=True, bbox_inches="tight", metadata={"Date": None}
+    )
     svg = buffer.getvalue()
     svg = svg[svg.index("<svg") :].replace(INK, "currentColor")
     # Matplotlib numbers its ids from hashes that differ between runs unless salted; the page has
@@ -161,6 +171,50 @@ def as_svg(figure: Figure, title: str) -> str:
         r'<svg [^>]*?viewBox="([^"]*)"[^>]*>', r'<svg role="img" viewBox="\1">', svg, count=1
     )
     return svg.replace(">", f"><title>{title}</title>", 1)
+
+
+def _arm_plot(
+    summary: Mapping[str, Any], entries: Mapping[str, Mapping[str, Any]], title: str, *, zero: bool
+) -> str:
+    """Arms as lines, metrics as panels; nothing where no metric has an interval."""
+    known = [
+        key
+        for key in SHOWN
+        if any(entry[aggregate_name(key)]["low"] is not None for entry in entries.values())
+    ]
+    if not known:
+        return ""
+    colors = arm_colors(summary)
+    with styled():
+        figure = Figure(figsize=(10.5, 0.9 + 0.3 * len(entries)))
+        panels = figure.subplots(1, len(known), sharey=True, squeeze=False)[0]
+        for axes, key in zip(panels, known, strict=True):
+            factor = 100.0 if METRICS[key].kind == "share" else 1.0
+            for row, (arm, entry) in enumerate(entries.items()):
+                place = entry[aggregate_name(key)]
+                _draw_interval(axes, place, row, colors[arm], factor, horizontal=True)
+            if zero:
+                axes.axvline(0, color=INK, linewidth=0.8, alpha=0.6)
+            share = "points" if zero else "%"
+            unit = share if METRICS[key].kind == "share" else METRICS[key].unit
+            axes.set_title(_wrapped_label(key), fontsize=9.5)
+            axes.set_xlabel(unit if unit else "difference" if zero else "")
+            axes.set_yticks(range(len(entries)), list(entries))
+            axes.margins(y=0.25 if len(entries) < PANELS_IN_A_ROW else 0.05)
+        panels[0].invert_yaxis()
+        return as_svg(figure, title)
+
+
+def _draw_outcomes(axes: Axes, arms: Sequence[str], group: Mapping[str, Any]) -> None:
+    """One panel of stacked bars."""
+    left = np.zeros(len(arms))
+    for outcome, color in OUTCOME_COLORS.items():
+        shares = np.array([group["arms"][arm]["metrics"][outcome]["mean"] for arm in arms])
+        axes.barh(arms, 100 * shares, left=left, color=color, height=0.68)
+        left += 100 * shares
+    axes.set_xlim(0, 100)
+    axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
+    axes.grid(axis="y", visible=False)
 
 
 def _draw_metric(axes: Axes, scenarios: Mapping[str, Any], arms: Sequence[str], key: str) -> None:
@@ -174,7 +228,7 @@ def _draw_metric(axes: Axes, scenarios: Mapping[str, Any], arms: Sequence[str], 
             _draw_interval(axes, entry, column + offset, color, factor, horizontal=False)
     unit = "%" if metric.kind == "share" else metric.unit
     axes.set_title(f"{metric.label} [{unit}]" if unit else metric.label)
-    axes.set_xticks(range(len(scenarios)), [_wrapped_name(name, 10) for name in scenarios])
+    axes.set_xticks(range(len(scenarios)), [wrapped_name(name, 10) for name in scenarios])
     axes.set_xlim(-0.5, len(scenarios) - 0.5)
     axes.grid(axis="x", visible=False)
     if metric.kind == "share":
@@ -212,7 +266,7 @@ def _is_known(scenarios: Mapping[str, Any], key: str) -> bool:
     )
 
 
-def _wrapped_name(name: str, width: int) -> str:
+def wrapped_name(name: str, width: int) -> str:
     """A scenario's name in lines of at most about `width` letters, broken at its words."""
     return textwrap.fill(name.replace("_", " "), width, break_long_words=False)
 

@@ -1,10 +1,11 @@
 """Tables of the report: one per scenario with the main metrics, and one with everything."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from envs.metric_table import METRICS, Metric, aggregate_name
+from envs.metric_table import HEADLINE, METRICS, Metric, aggregate_name
+from envs.summary import ALL_SCENARIOS
 
 MAIN = (
     "success",
@@ -39,10 +40,43 @@ def full_table(group: Mapping[str, Any], reference: str, colors: Mapping[str, st
             continue
         cells = "".join(_cell(group, arm, key) for arm in arms)
         body.append(f'<tr><th scope="row">{_heading(metric)}</th>{cells}</tr>')
-    return (
-        '<div class="scroll"><table class="full"><thead><tr><th scope="col">metric</th>'
-        f"{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
-    )
+    return _scrolled(f'<th scope="col">metric</th>{head}', body)
+
+
+def gain_table(scenarios: Mapping[str, Any], key: str, colors: Mapping[str, str]) -> str:
+    """What forecasts change in one metric: arms as rows, scenarios as columns."""
+    titles = ["all together" if name == ALL_SCENARIOS else name for name in scenarios]
+    head = "".join(f'<th scope="col">{escape(title.replace("_", " "))}</th>' for title in titles)
+    groups = [group["without_forecasts"] for group in scenarios.values()]
+    body = [
+        f'<tr><th scope="row">{_arm(arm, colors)}</th>'
+        + "".join(f"<td>{_change(group[arm], key)}</td>" for group in groups)
+        + "</tr>"
+        for arm in groups[0]
+    ]
+    return _scrolled(f'<th scope="col">arm</th>{head}', body)
+
+
+def change_table(
+    lines: Mapping[str, Sequence[Mapping[str, Any]]],
+    name: Callable[[Any], str],
+    colors: Mapping[str, str],
+) -> str:
+    """A setting's values as rows, line by line, headline metrics as columns.
+
+    Args:
+        lines: Of `envs.curves.setting_curves`.
+        name: What a value is called.
+        colors: By line.
+    """
+    head = "".join(f'<th scope="col">{_heading(METRICS[key])}</th>' for key in HEADLINE)
+    body = [
+        f'<tr><th scope="row">{_arm(line, colors)}, {escape(name(point["value"]))}</th>'
+        f"<td>{point['n']}</td>{''.join(_changed_cell(point, key) for key in HEADLINE)}</tr>"
+        for line, points in lines.items()
+        for point in points
+    ]
+    return _scrolled(f'<th scope="col">arm</th><th scope="col">n</th>{head}', body)
 
 
 def definitions() -> str:
@@ -76,9 +110,14 @@ def _table(
         body.append(
             f'<tr><th scope="row">{_arm(arm, colors)}{note}</th><td>{entry["n"]}</td>{cells}</tr>'
         )
+    return _scrolled(f'<th scope="col">arm</th><th scope="col">n</th>{head}', body)
+
+
+def _scrolled(head: str, body: Sequence[str]) -> str:
+    """A table that scrolls by itself where the page is narrow."""
     return (
-        '<div class="scroll"><table><thead><tr><th scope="col">arm</th><th scope="col">n</th>'
-        f"{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>'
+        f"<tbody>{''.join(body)}</tbody></table></div>"
     )
 
 
@@ -98,16 +137,47 @@ def _cell(group: Mapping[str, Any], arm: str, key: str) -> str:
     entry = group["arms"][arm]["metrics"][name]
     if entry["mean"] is None:
         return '<td class="missing">–</td>'
-    factor, digits = (100.0, 0) if METRICS[key].kind == "share" else (1.0, 2)
-    interval = "no interval"
-    if entry["low"] is not None:
-        interval = f"{factor * entry['low']:z.{digits}f} – {factor * entry['high']:z.{digits}f}"
+    interval = _interval(entry, key)
     if entry["n"] != group["arms"][arm]["n"]:
         interval += f", n {entry['n']}"
-    return (
-        f"<td>{factor * entry['mean']:z.{digits}f}{_mark(group, arm, name)}"
-        f"<small>{interval}</small></td>"
-    )
+    return f"<td>{_mean(entry, key)}{_mark(group, arm, name)}<small>{interval}</small></td>"
+
+
+def _changed_cell(point: Mapping[str, Any], key: str) -> str:
+    """Mean and interval at one value of a setting, and the difference that it makes."""
+    entry = point["metrics"][aggregate_name(key)]
+    if entry["mean"] is None:
+        return '<td class="missing">–</td>'
+    change = _change(point["change"], key) if point["change"] else ""
+    return f"<td>{_mean(entry, key)}<small>{_interval(entry, key)}</small>{change}</td>"
+
+
+def _change(differences: Mapping[str, Any], key: str) -> str:
+    """A signed difference with its mark and interval."""
+    entry = differences[aggregate_name(key)]
+    if entry["mean"] is None:
+        return "–"
+    verdict = entry["verdict"]
+    mark = f' <span class="{verdict}">{MARKS[verdict]}</span>' if verdict in MARKS else ""
+    return f"{_mean(entry, key, '+')}{mark}<small>{_interval(entry, key, '+')}</small>"
+
+
+def _mean(entry: Mapping[str, Any], key: str, sign: str = "") -> str:
+    factor, digits = _scale(key)
+    return f"{factor * entry['mean']:{sign}z.{digits}f}"
+
+
+def _interval(entry: Mapping[str, Any], key: str, sign: str = "") -> str:
+    if entry["low"] is None:
+        return "no interval"
+    factor, digits = _scale(key)
+    low, high = (f"{factor * entry[end]:{sign}z.{digits}f}" for end in ("low", "high"))
+    return f"{low} – {high}"
+
+
+def _scale(key: str) -> tuple[float, int]:
+    """Factor and decimals that a metric is shown with: percent for shares."""
+    return (100.0, 0) if METRICS[key].kind == "share" else (1.0, 2)
 
 
 def _mark(group: Mapping[str, Any], arm: str, name: str) -> str:

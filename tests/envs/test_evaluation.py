@@ -144,7 +144,13 @@ def test_other_tasks_are_not_taken_for_finished(tmp_path: Path) -> None:
     choice = config.scenarios[0]
 
     def task(**changes: Any) -> Task:
-        fields = {"scenario": choice.name, "arm": "a", "policy": str(policy), "width": 1}
+        fields = {
+            "scenario": choice.name,
+            "place": choice.place,
+            "arm": "a",
+            "policy": str(policy),
+            "width": 1,
+        }
         environment = config.environment_of(config.arms[0], choice)
         return Task(**(fields | {"environment": environment, "seeds": (0, 1)} | changes))
 
@@ -239,7 +245,8 @@ def test_replays_are_of_all_arms_from_one_seed(evaluation: Evaluation) -> None:
 def test_a_summary_pairs_by_seed_and_not_by_order() -> None:
     def row(arm: str, seed: int, clearance: float) -> dict[str, Any]:
         missing = {key: metric.kind == "share" or np.nan for key, metric in METRICS.items()}
-        return {**missing, "scenario": "s", "arm": arm, "seed": seed, "clearance_min": clearance}
+        about = {"scenario": "s", "arm": arm, "policy": arm, "forecaster": "none", "horizon": 4.8}
+        return {**missing, **about, "seed": seed, "clearance_min": clearance}
 
     rows = [row("a", seed, seed) for seed in (0, 1, 2, 3)]
     rows += [row("b", seed, seed + 1) for seed in (3, 1, 0, 2)]
@@ -259,6 +266,9 @@ def test_an_interval_does_not_depend_on_what_else_is_measured() -> None:
                 **missing,
                 "scenario": "s",
                 "arm": "a",
+                "policy": "a",
+                "forecaster": "none",
+                "horizon": 4.8,
                 "seed": seed,
                 "path_length": path_length(seed),
                 "clearance_min": seed**0.5,

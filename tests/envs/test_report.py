@@ -3,6 +3,7 @@ import dataclasses
 import json
 import re
 import zlib
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +15,20 @@ from hand_made_traces import DT, make_trace, walk
 from crowdsim.map import Map
 from crowdsim.recordings import Picture
 from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.curves import setting_curves
+from envs.dose_response import rank_correlation
 from envs.episode_rows import Row
 from envs.evaluation import Evaluation
-from envs.findings import findings
+from envs.findings import HELP, findings
 from envs.forecast_breakdown import forecast_breakdown
 from envs.forecast_cells import forecast_cells
 from envs.metrics import navigation_metrics
 from envs.replays import RecordedEpisode
 from envs.report import build_report, write_picture, write_video
-from envs.report.page import embedded_json
+from envs.report.document import embedded_json
 from envs.report.records import pack, pack_episode, view_bounds, view_image
 from envs.report.replay import busiest_row, history
-from envs.summary import summarize
+from envs.summary import as_json, summarize
 from envs.trace import Trace
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -42,6 +45,36 @@ def crossing(speed: float, reason: str = "goal", *, forecast: bool = False) -> T
         changes["forecast"] = np.stack([person[:, None] + ahead, np.zeros((31, 3, 2))], axis=1)
         changes["forecast_ids"] = np.tile([0, -1], (31, 1))
     return make_trace(robot, [person, walk((2.0, 2.0), (0.0, 0.0), steps)], **changes)
+
+
+def about_episode(scenario: str, arm: Arm, seed: int) -> Row:
+    """The columns that tell an episode from others."""
+    return {
+        "scenario": scenario,
+        "place": scenario,
+        "model": "",
+        "robot_visible": True,
+        "arm": arm.name,
+        "policy": arm.policy,
+        "forecaster": arm.forecaster,
+        "horizon": 1.2,
+        "seed": seed,
+    }
+
+
+def varied(rows: list[Row]) -> dict[str, Any]:
+    """The parts of a summary on what was varied."""
+    outcomes = ("success", "collision_pedestrian", "time_to_goal_penalized")
+    rng = np.random.default_rng(0)
+    return {
+        "dose_response": {key: as_json(rank_correlation(rows, key, rng)) for key in outcomes},
+        "settings": setting_curves(rows),
+    }
+
+
+def answers(summary: dict[str, Any]) -> list[str]:
+    """All sentences of the findings."""
+    return list(chain(*summary["findings"].values()))
 
 
 @pytest.fixture(scope="module")
@@ -63,16 +96,19 @@ def evaluation() -> Evaluation:
                     "collision_pedestrian" if failed else "goal",
                     forecast=arm.policy == "mppi",
                 )
-                keys = {"scenario": choice.name, "arm": arm.name, "seed": seed}
-                rows.append({**keys, **navigation_metrics(trace)})
-                cells += forecast_cells(trace, keys)
+                about = about_episode(choice.name, arm, seed)
+                rows.append({**about, **navigation_metrics(trace)})
+                cells += forecast_cells(trace, about)
                 if seed == 1:
-                    recorded.append(RecordedEpisode(**keys, trace=trace))
+                    recorded.append(
+                        RecordedEpisode(scenario=choice.name, arm=arm.name, seed=seed, trace=trace)
+                    )
     summary = {
         "run": {"command": "crowdnav evaluate --seeds 4", "episodes": len(rows)},
         "config": {"note": "</script><b>"},
         **summarize(rows, reference="straight/none"),
         "forecast_errors": forecast_breakdown(cells),
+        **varied(rows),
     }
     summary["findings"] = findings(summary)
     return Evaluation(config=config, rows=rows, cells=cells, summary=summary, recorded=recorded)
@@ -154,7 +190,7 @@ def test_the_section_on_forecasts_names_bins_and_coverage(
     assert "8 and more" in section  # frames of history that hand-made forecasts are made from
     assert "What the robot itself caused" not in section  # no twins were asked for
     assert "straight/none, ADE" not in section  # has no forecasts
-    said = [line for line in evaluation.summary["findings"] if "FDE by the distance" in line]
+    said = [line for line in answers(evaluation.summary) if "FDE by the distance" in line]
     assert len(said) == 1
     assert said[0].startswith("mppi/constant_velocity")
 
@@ -169,14 +205,14 @@ def test_the_tables_count_every_arm_and_say_what_they_show(
     page: Path, evaluation: Evaluation
 ) -> None:
     text = page.read_text()
-    for sentence in evaluation.summary["findings"]:
+    for sentence in answers(evaluation.summary):
         assert sentence.split(":")[0] in text
     assert text.count("time_to_goal_on_success") == 1
     assert text.count('<span class="note">reference</span>') == 3
 
 
 def test_findings_call_a_small_difference_inconclusive(evaluation: Evaluation) -> None:
-    sentences = evaluation.summary["findings"]
+    sentences = answers(evaluation.summary)
     assert any("reached its goal in 25 % [" in text for text in sentences)
     assert any("+75.0 points" in text and "which is better" in text for text in sentences)
 
@@ -185,16 +221,15 @@ def test_arms_with_forecasts_are_compared_with_one_another() -> None:
     rows = [
         {
             **navigation_metrics(crossing(0.8 + 0.1 * seed, forecast=arm != "none")),
-            "scenario": "s",
-            "arm": arm,
-            "seed": seed,
+            **about_episode("s", Arm(policy="mppi", forecaster=arm, title=arm), seed),
             "forecast_fde": error,
         }
         for arm, error in (("none", np.nan), ("near", 0.5), ("far", 1.0))
         for seed in range(5)
     ]
     rows += [{**row, "scenario": "t", "forecast_fde": 1.5 - row["forecast_fde"]} for row in rows]
-    sentences = findings(summarize(rows, reference="none"))
+    summary = {**summarize(rows, reference="none"), "forecast_errors": {}, **varied(rows)}
+    sentences = findings(summary)[HELP]
     pair = next(text for text in sentences if text.startswith("far against near"))
     assert "inconclusive in" in pair
     assert "success +0.0 points" in pair

@@ -15,7 +15,7 @@ FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 3}
 
 def small_config(**changes: Any) -> StressConfig:
     fields: dict[str, Any] = {
-        "knob": "horizon",
+        "knobs": ("horizon",),
         "values": (0.4, 2.4),
         "policies": ("straight",),
         "forecasters": ("none", "constant_velocity"),
@@ -33,7 +33,7 @@ def result() -> Stress:
 
 def test_every_value_runs_the_same_seeds(result: Stress) -> None:
     assert len(result.rows) == 2 * 2 * 2
-    points = result.table["curves"]["straight/constant_velocity"]
+    points = result.table["knobs"]["horizon"]["curves"]["straight/constant_velocity"]
     assert [point["value"] for point in points] == [0.4, 2.4]
     assert all(point["n"] == 2 for point in points)
     horizons = {row["scenario"]: row["horizon"] for row in result.rows}
@@ -43,7 +43,7 @@ def test_every_value_runs_the_same_seeds(result: Stress) -> None:
 def test_forecasts_err_more_the_farther_they_reach(result: Stress) -> None:
     near, far = (
         point["metrics"]["forecast_fde"]["mean"]
-        for point in result.table["curves"]["straight/constant_velocity"]
+        for point in result.table["knobs"]["horizon"]["curves"]["straight/constant_velocity"]
     )
     assert 0.0 < near < far
 
@@ -51,10 +51,10 @@ def test_forecasts_err_more_the_farther_they_reach(result: Stress) -> None:
 def test_the_files_of_a_stress_test(result: Stress, tmp_path: Path) -> None:
     write_stress(result, tmp_path)
     assert json.loads((tmp_path / "stress.json").read_text()) == result.table
-    image = cv2.imread(str(tmp_path / "stress.png"))
+    image = cv2.imread(str(tmp_path / "horizon.png"))
     assert image is not None
     assert image.std() > 5
-    assert (tmp_path / "stress.svg").read_text().count("<svg") == 1
+    assert (tmp_path / "horizon.svg").read_text().count("<svg") == 1
     lines = (tmp_path / "stress.md").read_text().splitlines()
     assert len(lines) == 2 + 2 * 2
     assert {line.count("|") for line in lines} == {8}
@@ -69,8 +69,10 @@ def test_a_table_says_where_nothing_is_known(result: Stress) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"knob": "gravity"}, "horizon, density"),
+        ({"knobs": ("gravity",)}, "horizon, density"),
         ({"values": (0.4, 0.4)}, "values"),
+        ({"knobs": ("horizon", "density")}, "single knob"),
+        ({"knobs": ("horizon", "horizon"), "values": ()}, "each once"),
     ],
 )
 def test_a_senseless_stress_test_is_refused(changes: dict[str, Any], message: str) -> None:

@@ -1,0 +1,61 @@
+"""Builds the report of a stress test: a section per knob, and failures to look at."""
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from envs.report import tables
+from envs.report.curve_plots import curve_plot, line_colors, value_text
+from envs.report.document import section, sentences, write_document
+from envs.stress import Stress
+
+NOTE = (
+    "One knob is turned at a time and all else stays; every point of every curve runs the same "
+    "seeds. Bands and brackets are 95 % intervals, not corrected for the number of comparisons. "
+    "The replays show a failure of each arm where its success falls most, beside an arm that "
+    "mastered the same episode, if there is one."
+)
+
+
+def build_stress_report(result: Stress, out: Path) -> Path:
+    """Writes the report of a stress test.
+
+    Args:
+        result: What `envs.stress.stress` returned.
+        out: File to write; it appears under its name only when it is complete.
+
+    Returns:
+        The file.
+    """
+    table = result.table
+    return write_document(
+        out,
+        title="Crowd navigation stress test",
+        lead=f"{len(result.rows)} episodes in {table['scenario']}, all from the same seeds, with "
+        f"{len(table['knobs'])} knob{'s' if len(table['knobs']) > 1 else ''} turned one at a time.",
+        run=table["run"],
+        sections=[_found(table), *(_knob(name, own) for name, own in table["knobs"].items())],
+        recorded=result.recorded,
+        reference=table["reference"],
+    )
+
+
+def _found(table: Mapping[str, Any]) -> str:
+    """What was found, knob by knob."""
+    parts = [
+        f'<h3>{escape(entry["label"])} <a href="#{name}">more</a></h3>'
+        f"{sentences(entry['findings'])}"
+        for name, entry in table["knobs"].items()
+    ]
+    return section("findings", "What was found", *parts, f'<p class="note">{escape(NOTE)}</p>')
+
+
+def _knob(name: str, entry: Mapping[str, Any]) -> str:
+    """One knob's curves and, folded away, their numbers."""
+    curves = entry["curves"]
+    plot = f'<div class="plot">{curve_plot(curves, entry["label"])}</div>'
+    numbers = tables.change_table(curves, value_text, line_colors(curves))
+    return section(
+        name, entry["label"], plot, f"<details><summary>As a table</summary>{numbers}</details>"
+    )
