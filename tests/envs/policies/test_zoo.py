@@ -8,8 +8,11 @@ import pytest
 import yaml
 
 import envs
+from envs.config import CrowdNavConfig
+from envs.policies import make_policy
 from envs.policies.hyperparameters import ENVIRONMENT, ZOO, read_hyperparameters
 from envs.policies.networks import ALGORITHMS
+from envs.policies.policy_files import save_policy
 
 NAMES_OF_THE_ZOO = {"ppo": "ppo", "recurrent_ppo": "ppo_lstm", "sac": "sac", "tqc": "tqc"}
 
@@ -31,7 +34,7 @@ def test_every_algorithm_has_a_file_that_names_its_network():
         assert read_hyperparameters(name).steps >= 100_000
 
 
-def test_rl_zoo_trains_with_every_file(tmp_path):
+def test_rl_zoo_trains_with_every_file_what_then_acts(tmp_path):
     pytest.importorskip("huggingface_sb3", reason="RL Zoo is not installed")
     runs = ["|".join(arguments(name, tmp_path)) for name in ALGORITHMS]
     home = Path(envs.__file__).parent.parent
@@ -39,9 +42,13 @@ def test_rl_zoo_trains_with_every_file(tmp_path):
         [sys.executable, "-c", RUN_ALL, *runs], cwd=home, capture_output=True, text=True
     )
     assert told.returncode == 0, told.stderr
-    for name in NAMES_OF_THE_ZOO.values():
-        assert f"finished {name}" in told.stdout
-        assert (tmp_path / name / "crowdnav-CrowdNav-v0_1" / "crowdnav-CrowdNav-v0.zip").is_file()
+    config = CrowdNavConfig(forecaster="constant_velocity")
+    for name, zoo_name in NAMES_OF_THE_ZOO.items():
+        assert f"finished {zoo_name}" in told.stdout
+        trained = tmp_path / zoo_name / "crowdnav-CrowdNav-v0_1" / "crowdnav-CrowdNav-v0.zip"
+        model = ALGORITHMS[name].model.load(trained)
+        save_policy(model, tmp_path / name, config=config, training={})
+        assert make_policy(str(tmp_path / name), config).name == name
 
 
 def arguments(name, folder):
