@@ -19,7 +19,7 @@ class TrackForecaster:
         """Prepares to ask for the likeliest `modes` of everybody, too.
 
         Raises:
-            ValueError: The forecaster does not know so many.
+            ValueError: The forecaster does not know so many, or its radii are shaped wrongly.
         """
         self._forecaster = forecaster
         self._radius = radius_of(forecaster)
@@ -51,8 +51,19 @@ class TrackForecaster:
 
 
 def radius_of(forecaster: Forecaster) -> Floats:
-    """Returns the calibrated radii (T, F) of a forecaster [m], or those of constant velocity."""
+    """Returns the calibrated radii (T, F) of a forecaster [m], or those of constant velocity.
+
+    Raises:
+        ValueError: Its radii are not shaped so.
+    """
     if isinstance(forecaster, CalibratedForecaster) and forecaster.radius is not None:
+        found = forecaster.radius.shape
+        expected = (forecaster.history_steps, forecaster.forecast_steps)
+        if found != expected:
+            raise ValueError(
+                f"radius must be shaped {expected} for the forecaster {forecaster.name}, a row for "
+                f"each number of frames seen, got {found}"
+            )
         return forecaster.radius
     times = forecaster.frame_dt * np.arange(1.0, forecaster.forecast_steps + 1.0)
     return calibrated_radius(times, forecaster.history_steps)

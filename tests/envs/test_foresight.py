@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from envs.config import make_config
 from envs.episodes import Episodes
+from envs.forecasters.tracks import TrackForecaster
 from envs.foresight import grown
 from envs.ghosts import along
 from predictor.calibration import SIGMAS
@@ -99,6 +100,13 @@ def test_each_person_has_the_radius_of_the_frames_they_were_seen_in():
             radius = observation["forecast_radius"][0, place]
             assert_allclose(radius, table[frames - 1], rtol=1e-6)
     assert {1, 2} <= found
+
+
+def test_radii_without_a_row_for_each_number_of_frames_are_refused():
+    forecaster = ConstantVelocityForecaster()
+    forecaster.radius = forecaster.radius[-1]
+    with pytest.raises(ValueError, match=r"radius must be shaped \(8, 12\)"):
+        TrackForecaster(forecaster)
 
 
 def test_who_sees_one_frame_only_is_never_surer():
