@@ -80,7 +80,7 @@ def train_policy(
         environments = hyperparameters.environments
     model = make_model(hyperparameters, config, environments=environments, seed=seed)
     if start is not None:
-        go_on_from(model, start)
+        go_on_from(model, start, config)
     curve = learn(model, steps, progress_bar=True)
     training = {
         "start": None if start is None else str(start),
@@ -139,11 +139,17 @@ def make_model(
     return algorithm.model(algorithm.network, env, device="cpu", **keywords)
 
 
-def go_on_from(model: "BaseAlgorithm", folder: Path) -> None:
-    """Give a model the weights of a stored policy of the same algorithm and observation."""
-    from envs.policies.policy_files import load_network, read_description
+def go_on_from(model: "BaseAlgorithm", folder: Path, config: "CrowdNavConfig") -> None:
+    """Give a model the weights of a stored policy; critics that it has not stored stay new.
 
-    model.policy.load_state_dict(load_network(folder, read_description(folder)).state_dict())
+    Raises:
+        ValueError: The folder holds no policy, or one of another network or observation.
+    """
+    from envs.policies.policy_files import check_fits, load_weights, read_description
+
+    description = read_description(folder)
+    check_fits(description, config, folder)
+    load_weights(model.policy, folder, description)
 
 
 def schedule(learning_rate: float | str) -> "float | Callable[[float], float]":

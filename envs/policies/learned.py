@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from envs.config import CrowdNavConfig
 from envs.policies.policy import Observation, Policy
-from envs.policies.policy_files import boxes, check_fits, load_network, read_description
+from envs.policies.policy_files import (
+    boxes,
+    check_fits,
+    load_weights,
+    make_network,
+    read_description,
+)
 
 ROW_MULTIPLE: Final = 8
 """Float32 matrix products have bit-equal rows when their number is a multiple of this."""
@@ -35,7 +41,8 @@ class LearnedPolicy(Policy):
         if config is not None:
             check_fits(self.description, config, folder)
         self.name = self.description["algorithm"]
-        self._network = load_network(folder, self.description)
+        self._network = make_network(self.description)
+        load_weights(self._network, folder, self.description)
         self._memory: tuple[NDArray[Any], ...] | None = None  # (layers, W, hidden) each, or nothing
 
     def reset(self, mask: NDArray[np.bool_] | None = None) -> None:

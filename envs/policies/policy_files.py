@@ -111,26 +111,24 @@ def read_description(folder: Path) -> dict[str, Any]:
     return dict(description)
 
 
-def load_network(folder: Path, description: Mapping[str, Any]) -> BasePolicy:
-    """Builds the network that a description describes and loads its weights.
+def load_weights(network: BasePolicy, folder: Path, description: Mapping[str, Any]) -> None:
+    """Loads the weights of a policy into a network; what was not stored stays as it is.
 
     Raises:
-        ValueError: The description is malformed or implausible, or the weights are missing, not
-            the ones described, not finite, or of another network.
+        ValueError: The weights are missing, not the ones described, not finite, or of another
+            network.
     """
-    network = make_network(description)
     path = folder / WEIGHTS
     weights = read_weights(path, description["sha256"])
     part = acting_part(network, description["algorithm"])
     expected = own_weights(part)
     if weights.keys() != expected.keys():
         differing = ", ".join(sorted(weights.keys() ^ expected.keys()))
-        raise ValueError(f"{path} does not fit its description: {differing}")
+        raise ValueError(f"{path} does not fit the network: {differing}")
     try:
         part.load_state_dict(weights, strict=False)  # other names of the same weights are missing
     except RuntimeError as error:
-        raise ValueError(f"{path} does not fit its description: {error}") from error
-    return network
+        raise ValueError(f"{path} does not fit the network: {error}") from error
 
 
 def make_network(description: Mapping[str, Any]) -> BasePolicy:

@@ -70,11 +70,19 @@ def test_training_goes_on_from_a_stored_policy(tmp_path):
     first, second = short_model("ppo"), short_model("ppo")
     learn(first, steps=256, progress_bar=False)
     save_policy(first, tmp_path, config=EASY, training={})
-    go_on_from(second, tmp_path)
+    go_on_from(second, tmp_path, EASY)
     expected = own_weights(first.policy)
     assert all(
         torch.equal(value, expected[name]) for name, value in own_weights(second.policy).items()
     )
+
+
+def test_training_goes_on_from_a_fitting_policy_only(tmp_path):
+    save_policy(short_model("ppo"), tmp_path, config=EASY, training={})
+    with pytest.raises(ValueError, match="does not fit the network"):
+        go_on_from(short_model("sac"), tmp_path, EASY)
+    with pytest.raises(ValueError, match="was trained with the observation"):
+        go_on_from(short_model("ppo"), tmp_path, replace(EASY, lidar_rays=32))
 
 
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
