@@ -134,8 +134,8 @@ def measure_episodes(
     for seed, trace in run_episodes(
         task.environment, task.policy, task.seeds, task.width, branched=task.twins
     ):
-        reacts = trace.scenario.replay is None
-        twin = run_twin(trace, longer=DELAY_AHEAD) if reacts else None
+        has_twin = trace.scenario.replay is None and not trace.mission
+        twin = run_twin(trace, longer=DELAY_AHEAD) if has_twin else None
         about = _about(task, seed)
         measured.rows.append({**about, **navigation_metrics(trace, twin)})
         measured.cells.extend(forecast_cells(trace, about))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from envs.comparison import VISIBILITY_NAMES
-from envs.metric_table import HEADLINE, METRICS, aggregate_name
+from envs.metric_table import HEADLINE, METRICS, Metric, aggregate_name
 from envs.summary import ALL_SCENARIOS
 from envs.wording import difference_text, listed, number, share, verdict_words
 
@@ -15,6 +15,8 @@ IN_THE_LOOP: Final = "How good are forecasts in the closed loop?"
 HORIZON: Final = "How long a horizon pays?"
 VISIBILITY: Final = "Does it matter whether people see the robot?"
 OTHER_PEOPLE: Final = "Does it hold for people who move by another model?"
+
+NLL: Final = Metric(label="nll", unit="nat", definition="Negative log density of the truth.")
 
 HOW_TO_ASK: Final[Mapping[str, str]] = {
     HELP: "compare a policy with and without forecasts, such as "
@@ -225,9 +227,16 @@ def _in_the_loop(group: Mapping[str, Any], breakdown: Mapping[str, Any]) -> list
         sentences.append(
             f"{arm}, FDE by the distance to the robot when forecast: {listed(parts)}; "
             f"{share(last['coverage'])} of the positions {last['seconds']:g} s ahead "
-            "lay within the forecast's radius."
+            f"lay within the forecast's radius{_density(last['nll'])}."
         )
     return sentences
+
+
+def _density(entry: Mapping[str, Any]) -> str:
+    """The negative log density of the truth; nothing of who states no radius."""
+    if entry["mean"] is None:
+        return ""
+    return f", with a negative log density of {number(entry, NLL)}"
 
 
 def _horizon(lines: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:

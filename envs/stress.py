@@ -24,6 +24,8 @@ from envs.report import plots
 from envs.report.curve_plots import SHOWN, curve_figure, value_text
 from envs.wording import difference_text, number, share
 
+SHOWN_OF_MISSIONS = ("success", "collision_pedestrian", "goals_reached", "time_without_contact")
+
 Points = Mapping[Setting, ScenarioChoice]
 
 
@@ -155,7 +157,7 @@ def write_stress(result: Stress, folder: Path) -> None:
     write_atomic(folder / "forecast_errors.parquet", rows_as_parquet(cells, CELL_COLUMNS))
     for knob, entry in result.table["knobs"].items():
         with plots.styled():
-            figure = curve_figure(entry["curves"], entry["label"])
+            figure = curve_figure(entry["curves"], entry["label"], shown_of(knob))
             figure.tight_layout()
             for suffix in ("svg", "png"):
                 sink = io.BytesIO()
@@ -165,22 +167,28 @@ def write_stress(result: Stress, folder: Path) -> None:
 
 def stress_table(table: Mapping[str, Any]) -> str:
     """The curves as Markdown tables, one per knob; brackets hold 95 % intervals."""
-    return "\n\n".join(_markdown(entry) for entry in table["knobs"].values())
+    return "\n\n".join(_markdown(knob, entry) for knob, entry in table["knobs"].items())
 
 
-def _markdown(entry: Mapping[str, Any]) -> str:
+def shown_of(knob: str) -> tuple[str, ...]:
+    """The metrics that a knob's curves are drawn of."""
+    return SHOWN_OF_MISSIONS if knob == "mission" else SHOWN
+
+
+def _markdown(knob: str, entry: Mapping[str, Any]) -> str:
     """One knob's curves."""
-    head = ["arm", entry["label"], "n", *(METRICS[key].label for key in SHOWN)]
+    shown = shown_of(knob)
+    head = ["arm", entry["label"], "n", *(METRICS[key].label for key in shown)]
     lines = [head, ["---"] * len(head)]
     for arm, points in entry["curves"].items():
-        lines += [[arm, value_text(point["value"]), *_cells(point)] for point in points]
+        lines += [[arm, value_text(point["value"]), *_cells(point, shown)] for point in points]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _cells(arm: Mapping[str, Any]) -> list[str]:
+def _cells(arm: Mapping[str, Any], shown: Sequence[str]) -> list[str]:
     """Count and shown metrics of one line of the table."""
     cells = [str(arm["n"])]
-    for key in SHOWN:
+    for key in shown:
         entry = arm["metrics"][aggregate_name(key)]
         if entry["mean"] is None:
             cells.append("–")

@@ -34,7 +34,7 @@ def stress(
     Args:
         knob: What to turn, each by itself: horizon, density, crowd_speed, awareness, goal_changes,
             sudden_stops, motion_model, missed_detections, position_noise, track_losses, occlusion,
-            field_of_view, history, …; another name lists them all.
+            field_of_view, history, frame_jitter, mission or map.
         values: Where to turn a single knob to, such as [0.4,4.8]; the usual values if not given.
         policies: As `crowdnav evaluate` takes them; `mppi@SECONDS` plans that far ahead whatever
             the horizon of the forecasts.

@@ -6,6 +6,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from envs.knobs import is_number
 from envs.metric_table import METRICS, aggregate_name
 from envs.report import plots
 
@@ -18,30 +19,31 @@ MARKERS: Final = "osD^vPX*"
 Lines = Mapping[str, Sequence[Mapping[str, Any]]]
 
 
-def curve_plot(lines: Lines, label: str) -> str:
+def curve_plot(lines: Lines, label: str, shown: Sequence[str] = SHOWN) -> str:
     """The curves as an `<svg>` element."""
     with plots.styled():
-        return plots.as_svg(curve_figure(lines, label), f"Outcomes over the {label}")
+        return plots.as_svg(curve_figure(lines, label, shown), f"Outcomes over the {label}")
 
 
-def curve_figure(lines: Lines, label: str) -> Figure:
+def curve_figure(lines: Lines, label: str, shown: Sequence[str] = SHOWN) -> Figure:
     """One panel per metric: a line with its interval over the values of a setting or knob.
 
     Args:
         lines: Points by line, as `envs.curves.curve` gives them; all at the same values, or at
             numbers.
         label: What the axis says.
+        shown: Four metrics that the points have.
     """
     figure = Figure(figsize=(10.5, 6.2))
     panels = figure.subplots(2, 2).ravel()
     values = [point["value"] for point in max(lines.values(), key=len)]
     colors = line_colors(lines)
-    for axes, key in zip(panels, SHOWN, strict=True):
+    for axes, key in zip(panels, shown, strict=True):
         for line, points in lines.items():
             places = [_place(point["value"], values) for point in points]
             _draw_line(axes, points, places, key, color=colors[line], label=line)
         unit = "%" if METRICS[key].kind == "share" else METRICS[key].unit
-        axes.set_title(f"{METRICS[key].label} [{unit}]")
+        axes.set_title(f"{METRICS[key].label} [{unit}]" if unit else METRICS[key].label)
         axes.set_xlabel(label)
         if not is_number(values[0]):
             axes.set_xticks(range(len(values)), [value_text(value) for value in values])
@@ -54,11 +56,6 @@ def curve_figure(lines: Lines, label: str) -> Figure:
 def line_colors(lines: Lines) -> dict[str, str]:
     """One color per line."""
     return dict(zip(lines, plots.ARM_COLORS * len(lines), strict=False))
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value has a place on an axis; yes, no and names have none."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def value_text(value: Any) -> str:

@@ -58,7 +58,7 @@ def forecast_section(summary: Mapping[str, Any], colors: Mapping[str, str]) -> s
         '<section aria-labelledby="forecasts">',
         '<h2 id="forecasts">Forecasts in the closed loop</h2>',
         f'<p class="note">{escape(NOTE)}</p>',
-        f'<p class="legend">{legend(colors)}</p>',
+        f'<p class="legend">{legend(plots.color_key(summary))}</p>',
         f'<div class="plot">{step_plot(scenarios, colors, drawn)}</div>',
     ]
     for scenario, arms in scenarios.items():
@@ -114,7 +114,7 @@ def step_plot(
             for row, (steps, measure, _, factor) in enumerate(rows):
                 for arm, entry in arms.items():
                     _draw_band(panels[row, column], entry[steps], measure, factor, colors[arm])
-            panels[0, column].set_title(scenario.replace("_", " "), fontsize=9.5)
+            panels[0, column].set_title(plots.wrapped_name(scenario, 20), fontsize=9.5)
             panels[-1, column].set_xlabel("seconds ahead")
         for row, (_, _, label, _) in enumerate(rows):
             panels[row, 0].set_ylabel(label)

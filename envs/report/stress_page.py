@@ -8,7 +8,7 @@ from typing import Any
 from envs.report import tables
 from envs.report.curve_plots import curve_plot, line_colors, value_text
 from envs.report.document import section, sentences, write_document
-from envs.stress import Stress
+from envs.stress import Stress, shown_of
 
 NOTE = (
     "One knob is turned at a time and all else stays; every point of every curve runs the same "
@@ -54,7 +54,7 @@ def _found(table: Mapping[str, Any]) -> str:
 def _knob(name: str, entry: Mapping[str, Any]) -> str:
     """One knob's curves and, folded away, their numbers."""
     curves = entry["curves"]
-    plot = f'<div class="plot">{curve_plot(curves, entry["label"])}</div>'
+    plot = f'<div class="plot">{curve_plot(curves, entry["label"], shown_of(name))}</div>'
     numbers = tables.change_table(curves, value_text, line_colors(curves))
     return section(
         name, entry["label"], plot, f"<details><summary>As a table</summary>{numbers}</details>"

@@ -9,7 +9,7 @@ import pytest
 
 import envs.evaluation
 import envs.finished_tasks
-from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross
+from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross, variants
 from envs.config import make_config
 from envs.episode_rows import Measured, Row, read_rows
 from envs.evaluation import Evaluation, Task, evaluate, write_evaluation
@@ -288,6 +288,53 @@ def test_names_of_arms() -> None:
         "mppi/none",
         "mppi/constant_velocity",
     ]
+
+
+def test_a_policy_without_forecasts_has_no_horizon() -> None:
+    arms = cross(["mppi@9.6", "orca:none"], ["fast"], horizons=[0.0, 0.4, 4.8])
+    assert [(arm.name, arm.settings) for arm in arms] == [
+        ("mppi@9.6/none", {}),
+        ("mppi@9.6/fast 0.4 s", {"horizon": 0.4}),
+        ("mppi@9.6/fast 4.8 s", {"horizon": 4.8}),
+        ("orca/none", {}),
+    ]
+
+
+def test_a_scenario_is_varied_by_model_and_visibility() -> None:
+    assert variants(FEW) == (FEW,)
+    varied = variants(DOOR, ["orca", "social_force"], [True, False])
+    assert [choice.name for choice in varied] == [
+        "door, orca, visible",
+        "door, orca, invisible",
+        "door, social_force, visible",
+        "door, social_force, invisible",
+    ]
+    assert {choice.place for choice in varied} == {"door"}
+    assert varied[1].settings == {"robot_visible": False}
+    assert varied[1].parameters == {"pedestrians": 4, "model": "orca"}
+
+
+def test_every_row_says_what_was_varied() -> None:
+    result = evaluate(
+        small_config(
+            arms=cross(["straight"], ["constant_velocity"], [0.4, 1.2]),
+            scenarios=variants(FEW, ["orca", "social_force"], [True, False]),
+            seeds=(0, 1),
+        )
+    )
+    keys = ("place", "model", "robot_visible", "horizon", "seed")
+    assert len({tuple(row[key] for key in keys) for row in result.rows}) == len(result.rows) == 16
+    settings = result.summary["settings"]
+    lines = {setting: list(found) for setting, found in settings.items()}
+    arms = ["straight/constant_velocity 0.4 s", "straight/constant_velocity 1.2 s"]
+    assert lines == {
+        "horizon": ["straight/constant_velocity"],
+        "robot_visible": arms,
+        "model": arms,
+    }
+    near, far = settings["horizon"]["straight/constant_velocity"]
+    assert near["n"] == far["n"] == 8
+    assert far["change"]["forecast_fde"]["mean"] > 0.0
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@ import dataclasses
 import json
 import re
 import zlib
+from html import escape
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from envs.curves import setting_curves
 from envs.dose_response import rank_correlation
 from envs.episode_rows import Row
 from envs.evaluation import Evaluation
-from envs.findings import HELP, findings
+from envs.findings import HELP, HOW_TO_ASK, IN_THE_LOOP, ROBOT_PART, findings
 from envs.forecast_breakdown import forecast_breakdown
 from envs.forecast_cells import forecast_cells
 from envs.metrics import navigation_metrics
@@ -209,6 +210,19 @@ def test_the_tables_count_every_arm_and_say_what_they_show(
         assert sentence.split(":")[0] in text
     assert text.count("time_to_goal_on_success") == 1
     assert text.count('<span class="note">reference</span>') == 3
+
+
+def test_every_question_is_answered_or_says_how_to_ask_it(
+    page: Path, evaluation: Evaluation
+) -> None:
+    found = evaluation.summary["findings"]
+    assert list(found) == list(HOW_TO_ASK)
+    text = page.read_text()
+    places = [text.index(f"{number}. {escape(name)}") for number, name in enumerate(found, 1)]
+    assert places == sorted(places)
+    not_asked = {name for name, said in found.items() if said[-1].startswith("Not asked")}
+    assert not_asked == set(HOW_TO_ASK) - {IN_THE_LOOP}
+    assert found[ROBOT_PART] == ["Not asked here; to ask: --twins."]
 
 
 def test_findings_call_a_small_difference_inconclusive(evaluation: Evaluation) -> None:

@@ -8,6 +8,8 @@ import pytest
 from envs.comparison import ScenarioChoice
 from envs.crowd_nav import CrowdNav
 from envs.knobs import KNOBS, turned
+from envs.replays import instructive_failure
+from envs.report import build_stress_report
 from envs.stress import Stress, StressConfig, stress, stress_table, write_stress
 
 FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 3})
@@ -58,6 +60,46 @@ def test_the_files_of_a_stress_test(result: Stress, tmp_path: Path) -> None:
     lines = (tmp_path / "stress.md").read_text().splitlines()
     assert len(lines) == 2 + 2 * 2
     assert {line.count("|") for line in lines} == {8}
+
+
+def test_a_stress_report_shows_each_knob_and_its_failures(tmp_path: Path) -> None:
+    two = stress(small_config(knobs=("awareness", "occlusion"), values=(), seeds=(0, 1, 2)))
+    assert len({row["scenario"] for row in two.rows}) == 5 + 2
+    failed = {(row["scenario"], row["arm"], row["seed"]) for row in two.rows if not row["success"]}
+    shown = {(episode.scenario, episode.arm, episode.seed) for episode in two.recorded}
+    assert failed
+    for knob in ("awareness", "occlusion"):
+        of_knob = {episode for episode in failed if str(episode[0]).startswith(knob)}
+        assert {arm for _, arm, _ in of_knob} == {arm for _, arm, _ in of_knob & shown}
+    text = build_stress_report(two, tmp_path / "report.html").read_text()
+    assert text.count('<h2 id="awareness">') == text.count('<h2 id="occlusion">') == 1
+    for entry in two.table["knobs"].values():
+        assert all(sentence in text for sentence in entry["findings"])
+
+
+def failures(*points: str) -> list[list[dict[str, Any]]]:
+    """Episodes at every value of a knob, seeds from 0: + succeeds, - fails."""
+    return [
+        [{"seed": seed, "success": sign == "+", "at": at} for seed, sign in enumerate(signs)]
+        for at, signs in enumerate(points)
+    ]
+
+
+def test_a_failure_is_shown_where_success_falls_most() -> None:
+    found = instructive_failure(failures("-+++", "++-+", "-+--", "----"))
+    assert found is not None
+    assert (found["at"], found["seed"]) == (2, 0)
+    # The seed that was mastered at the milder value is the more instructive one.
+    found = instructive_failure(failures("-+++", "----"))
+    assert found is not None
+    assert (found["at"], found["seed"]) == (1, 1)
+
+
+def test_who_fails_everywhere_is_shown_at_the_first_value() -> None:
+    found = instructive_failure(failures("--", "-+"))
+    assert found is not None
+    assert found["at"] == 0
+    assert instructive_failure(failures("++", "++")) is None
 
 
 def test_a_table_says_where_nothing_is_known(result: Stress) -> None:
