@@ -1,7 +1,7 @@
 """What changes with one setting, everything else the same: means, and changes paired by episode."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any
 
 from envs.comparison import Arm
 from envs.episode_rows import Row
@@ -9,8 +9,8 @@ from envs.metric_table import HEADLINE
 from envs.metrics import Value
 from envs.summary import differences, means
 
-SETTINGS: Final = ("horizon", "robot_visible", "model")
-"""Columns of episodes that an evaluation can be asked to vary."""
+Lines = dict[str, dict[Any, list[Row]]]
+"""Episodes by line and value."""
 
 
 def setting_curves(rows: Sequence[Row], seed: int = 0) -> dict[str, dict[str, Any]]:
@@ -26,14 +26,15 @@ def setting_curves(rows: Sequence[Row], seed: int = 0) -> dict[str, dict[str, An
         changes are to the point before; a line over another setting is an arm, and changes are to
         the first value.
     """
-    lines = {setting: _by_value(rows, setting) for setting in SETTINGS[1:]}
+    lines: dict[str, Lines] = {"horizon": _by_horizon(rows)}
+    lines |= {setting: _by_value(rows, setting) for setting in ("robot_visible", "model")}
     return {
         setting: {
             line: curve(points, seed=seed, stepwise=setting == "horizon")
             for line, points in found.items()
             if len(points) > 1 and _paired(points, setting)
         }
-        for setting, found in {"horizon": _by_horizon(rows), **lines}.items()
+        for setting, found in lines.items()
     }
 
 
@@ -67,9 +68,9 @@ def curve(
     return entries
 
 
-def _by_value(rows: Sequence[Row], setting: str) -> dict[str, dict[Value, list[Row]]]:
+def _by_value(rows: Sequence[Row], setting: str) -> Lines:
     """Episodes by arm and value, each list in the order in which they are paired."""
-    found: dict[str, dict[Value, list[Row]]] = {}
+    found: Lines = {}
     for row in rows:
         found.setdefault(str(row["arm"]), {}).setdefault(row[setting], []).append(row)
     return {
@@ -78,7 +79,7 @@ def _by_value(rows: Sequence[Row], setting: str) -> dict[str, dict[Value, list[R
     }
 
 
-def _by_horizon(rows: Sequence[Row]) -> dict[str, dict[float, list[Row]]]:
+def _by_horizon(rows: Sequence[Row]) -> Lines:
     """Episodes by policy with forecaster, and by horizon from short to long."""
     blind: dict[Value, list[Row]] = {}
     found: dict[tuple[Value, Value], dict[float, list[Row]]] = {}

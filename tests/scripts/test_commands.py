@@ -33,6 +33,44 @@ def test_evaluation_leaves_report_rows_summary_and_configuration(
     assert yaml.safe_load(again)["policies"] == ["straight", "mppi"]
 
 
+def test_an_evaluation_is_varied_from_the_command_line(crowdnav: Crowdnav, tmp_path: Path) -> None:
+    arguments = ["evaluate", "--policies", "straight", "--forecasters", "constant_velocity"]
+    arguments += ["--scenarios", "circular_crossing", "--seeds", "1", "--horizons", "[0,0.4,1.2]"]
+    arguments += ["--models", "orca", "--robot_visible", "[true,false]", "--out", tmp_path]
+    assert crowdnav(*arguments).status == 0
+    rows = pq.read_table(tmp_path / "episodes.parquet").to_pylist()
+    assert {row["arm"] for row in rows} == {
+        "straight/none",
+        "straight/constant_velocity 0.4 s",
+        "straight/constant_velocity 1.2 s",
+    }
+    assert {(row["model"], row["robot_visible"]) for row in rows} == {
+        ("orca", True),
+        ("orca", False),
+    }
+    again = crowdnav("evaluate", "--config", tmp_path / "config.yaml", "--print_config").out
+    assert yaml.safe_load(again)["horizons"] == [0, 0.4, 1.2]
+
+
+def test_a_stress_test_leaves_a_report_on_every_knob(crowdnav: Crowdnav, tmp_path: Path) -> None:
+    arguments = ["stress", "--knob", "awareness,occlusion", "--policies", "straight"]
+    arguments += ["--forecasters", "constant_velocity", "--seeds", "1", "--out", tmp_path]
+    assert crowdnav(*arguments).status == 0
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "report.html",
+        "stress.json",
+        "stress.md",
+        "episodes.parquet",
+        "forecast_errors.parquet",
+        "config.yaml",
+        *(f"{knob}.{kind}" for knob in ("awareness", "occlusion") for kind in ("svg", "png")),
+    }
+    assert list(json.loads((tmp_path / "stress.json").read_text())["knobs"]) == [
+        "awareness",
+        "occlusion",
+    ]
+
+
 def test_data_is_generated_learned_and_measured(crowdnav: Crowdnav, tmp_path: Path) -> None:
     data, weights, table = tmp_path / "data", tmp_path / "weights", tmp_path / "table.json"
     generate = ["generate", "--scenario", "circular_crossing", "--seconds", 12, "--hours", 0.01]
