@@ -79,11 +79,10 @@ def train_policy(
     if environments is None:
         environments = hyperparameters.environments
     model = make_model(hyperparameters, config, environments=environments, seed=seed)
-    if start is not None:
-        go_on_from(model, start, config)
+    before = None if start is None else go_on_from(model, start, config)
     curve = learn(model, steps, progress_bar=True)
     training = {
-        "start": None if start is None else str(start),
+        "before": before,
         "steps": model.num_timesteps,
         "environments": environments,
         "seed": seed,
@@ -139,8 +138,11 @@ def make_model(
     return algorithm.model(algorithm.network, env, device="cpu", **keywords)
 
 
-def go_on_from(model: "BaseAlgorithm", folder: Path, config: "CrowdNavConfig") -> None:
+def go_on_from(model: "BaseAlgorithm", folder: Path, config: "CrowdNavConfig") -> dict[str, Any]:
     """Give a model the weights of a stored policy; critics that it has not stored stay new.
+
+    Returns:
+        Where and how that policy was trained, for the record.
 
     Raises:
         ValueError: The folder holds no policy, or one of another network or observation.
@@ -150,6 +152,7 @@ def go_on_from(model: "BaseAlgorithm", folder: Path, config: "CrowdNavConfig") -
     description = read_description(folder)
     check_fits(description, config, folder)
     load_weights(model.policy, folder, description)
+    return {key: description[key] for key in ("environment", "training")}
 
 
 def schedule(learning_rate: float | str) -> "float | Callable[[float], float]":

@@ -69,8 +69,10 @@ def test_every_algorithm_is_trained_stored_and_acts_as_its_model_does(tmp_path, 
 def test_training_goes_on_from_a_stored_policy(tmp_path):
     first, second = short_model("ppo"), short_model("ppo")
     learn(first, steps=256, progress_bar=False)
-    save_policy(first, tmp_path, config=EASY, training={})
-    go_on_from(second, tmp_path, EASY)
+    save_policy(first, tmp_path, config=EASY, training={"steps": 256})
+    before = go_on_from(second, tmp_path, EASY)
+    assert before["environment"]["robot"] == "holonomic"
+    assert before["training"] == {"steps": 256}
     expected = own_weights(first.policy)
     assert all(
         torch.equal(value, expected[name]) for name, value in own_weights(second.policy).items()
