@@ -55,6 +55,13 @@ def is_number(value: Setting) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def value_text(value: Setting) -> str:
+    """A value in words."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else f"{value:.4g}"
+
+
 def _environment(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
     """A keyword of `CrowdNavConfig`."""
 
@@ -154,7 +161,7 @@ KNOBS: Final[Mapping[str, Knob]] = {
     ),
     # The bundled networks have seen `social_force` only: see `crowdsim.scenarios.mixed`.
     "motion_model": Knob(
-        label="motion model of the people (networks are trained on social_force)",
+        label="motion model of the people (networks know social_force)",
         values=MODEL_NAMES,
         turn=_parameter("model"),
     ),
