@@ -3,28 +3,19 @@
 Every point of every curve runs the same seeds.
 """
 
-import io
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-from crowdsim.recordings.store import write_atomic
 from envs.comparison import EvaluationConfig, ScenarioChoice, cross
 from envs.curves import curve
-from envs.episode_rows import Row, rows_as_parquet
+from envs.episode_rows import Row
 from envs.evaluation import Evaluation, Progress, evaluate, record
 from envs.finished_tasks import FinishedTasks
-from envs.forecast_cells import CELL_COLUMNS
-from envs.knobs import KNOBS, Setting, turned
-from envs.metric_table import METRICS, aggregate_name
+from envs.knobs import KNOBS, Setting, turned, value_text
+from envs.metric_table import METRICS
 from envs.replays import RecordedEpisode, instructive_failure
-from envs.report import plots
-from envs.report.curve_plots import SHOWN, curve_figure, value_text
-from envs.wording import difference_text, number, share
-
-SHOWN_OF_MISSIONS = ("success", "collision_pedestrian", "goals_reached", "time_without_contact")
+from envs.wording import difference_text, share
 
 Points = Mapping[Setting, ScenarioChoice]
 
@@ -144,59 +135,6 @@ def stress(
         table=table,
         recorded=_failures(evaluation, list(knobs.values())),
     )
-
-
-def write_stress(result: Stress, folder: Path) -> None:
-    """Writes `stress.json`, `stress.md`, both Parquet files, and each knob's `.svg` and `.png`."""
-    folder.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(result.table, indent=2, allow_nan=False) + "\n"
-    write_atomic(folder / "stress.json", text.encode())
-    write_atomic(folder / "stress.md", (stress_table(result.table) + "\n").encode())
-    rows, cells = result.rows, result.cells
-    write_atomic(folder / "episodes.parquet", rows_as_parquet(rows, list(rows[0])))
-    write_atomic(folder / "forecast_errors.parquet", rows_as_parquet(cells, CELL_COLUMNS))
-    for knob, entry in result.table["knobs"].items():
-        with plots.styled():
-            figure = curve_figure(entry["curves"], entry["label"], shown_of(knob))
-            figure.tight_layout()
-            for suffix in ("svg", "png"):
-                sink = io.BytesIO()
-                figure.savefig(sink, format=suffix, dpi=160)
-                write_atomic(folder / f"{knob}.{suffix}", sink.getvalue())
-
-
-def stress_table(table: Mapping[str, Any]) -> str:
-    """The curves as Markdown tables, one per knob; brackets hold 95 % intervals."""
-    return "\n\n".join(_markdown(knob, entry) for knob, entry in table["knobs"].items())
-
-
-def shown_of(knob: str) -> tuple[str, ...]:
-    """The metrics that a knob's curves are drawn of."""
-    return SHOWN_OF_MISSIONS if knob == "mission" else SHOWN
-
-
-def _markdown(knob: str, entry: Mapping[str, Any]) -> str:
-    """One knob's curves."""
-    shown = shown_of(knob)
-    head = ["arm", entry["label"], "n", *(METRICS[key].label for key in shown)]
-    lines = [head, ["---"] * len(head)]
-    for arm, points in entry["curves"].items():
-        lines += [[arm, value_text(point["value"]), *_cells(point, shown)] for point in points]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _cells(arm: Mapping[str, Any], shown: Sequence[str]) -> list[str]:
-    """Count and shown metrics of one line of the table."""
-    cells = [str(arm["n"])]
-    for key in shown:
-        entry = arm["metrics"][aggregate_name(key)]
-        if entry["mean"] is None:
-            cells.append("–")
-        else:
-            cells.append(
-                share(entry) if METRICS[key].kind == "share" else number(entry, METRICS[key])
-            )
-    return cells
 
 
 def _knob_entry(evaluation: Evaluation, knob: str, points: Points) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from envs.report.page import build_report
 from envs.report.replay import write_picture, write_video
+from envs.report.stress_files import write_stress
 from envs.report.stress_page import build_stress_report
 
-__all__ = ["build_report", "build_stress_report", "write_picture", "write_video"]
+__all__ = ["build_report", "build_stress_report", "write_picture", "write_stress", "write_video"]

@@ -6,7 +6,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from envs.knobs import is_number
+from envs.knobs import is_number, value_text
 from envs.metric_table import METRICS, aggregate_name
 from envs.report import plots
 
@@ -56,13 +56,6 @@ def curve_figure(lines: Lines, label: str, shown: Sequence[str] = SHOWN) -> Figu
 def line_colors(lines: Lines) -> dict[str, str]:
     """One color per line."""
     return dict(zip(lines, plots.ARM_COLORS * len(lines), strict=False))
-
-
-def value_text(value: Any) -> str:
-    """A value of a setting or knob in words."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def dose_plot(summary: Mapping[str, Any]) -> str:

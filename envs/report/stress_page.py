@@ -5,10 +5,12 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from envs.knobs import value_text
 from envs.report import tables
-from envs.report.curve_plots import curve_plot, line_colors, value_text
+from envs.report.curve_plots import curve_plot, line_colors
 from envs.report.document import section, sentences, write_document
-from envs.stress import Stress, shown_of
+from envs.report.stress_files import shown_of
+from envs.stress import Stress
 
 NOTE = (
     "One knob is turned at a time and all else stays; every point of every curve runs the same "

@@ -9,8 +9,9 @@ from envs.comparison import ScenarioChoice
 from envs.crowd_nav import CrowdNav
 from envs.knobs import KNOBS, turned
 from envs.replays import instructive_failure
-from envs.report import build_stress_report
-from envs.stress import Stress, StressConfig, stress, stress_table, write_stress
+from envs.report import build_stress_report, write_stress
+from envs.report.stress_files import stress_table
+from envs.stress import Stress, StressConfig, stress
 
 FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 3})
 
