@@ -11,8 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from crowdsim.wayfinding import geodesic_field
 from envs.forecast_scores import scored_forecasts
+from envs.path_metrics import path_quality, progress, ways_reached
 from envs.trace import Trace, TwinTrace
 
 Value: TypeAlias = bool | int | float | str | None
@@ -20,12 +20,6 @@ Floats: TypeAlias = NDArray[np.float64]
 
 COLLISION_COURSE_LIMIT = 10.0
 """A time to collision is looked for this far ahead [s]; none found counts as this much."""
-
-STALLED_SPEED = 0.05
-"""Below this speed [m/s] the robot stands."""
-
-PROGRESS_WINDOW, PROGRESS_NEEDED = 5.0, 0.5
-"""A robot that gets less than 0.5 m nearer to its goal in 5 s fails to progress."""
 
 ZONES = {"intimate": 0.45, "personal": 1.2, "social": 3.6}
 """Outer radius [m] of the zones around a person (Hall 1966)."""
@@ -79,48 +73,12 @@ def outcome(trace: Trace) -> dict[str, Value]:
     }
 
 
-def ways_reached(trace: Trace) -> NDArray[np.bool_]:
-    """(L,), which of the ways led to their goals: all but perhaps the last."""
-    reached = np.ones(len(trace.ways), dtype=np.bool_)
-    reached[-1] = trace.termination_reason == "goal"
-    return reached
-
-
 def mission(trace: Trace) -> dict[str, Value]:
     """How many goals a mission reached, and for how long it went well; NaN for a single way."""
     return {
         "goals_reached": float(ways_reached(trace).sum()) if trace.mission else np.nan,
         "time_without_contact": trace.duration if trace.mission else np.nan,
     }
-
-
-def path_quality(trace: Trace) -> dict[str, Value]:
-    """Length and turning of the robot's path against the shortest ones on the map."""
-    lengths = np.array([_length(trace.robot_position[way]) for way in trace.ways])
-    efficiency = trace.shortest_path_lengths / np.maximum(
-        np.maximum(lengths, trace.shortest_path_lengths), 1e-9
-    )
-    unnecessary = sum(
-        max(0.0, _turned(trace.robot_heading[way]) - shortest_path_turning(trace, way))
-        for way in trace.ways
-    )
-    length = float(lengths.sum())
-    return {
-        "path_length": length,
-        "spl": float(np.where(ways_reached(trace), efficiency, 0.0).mean()),
-        "path_irregularity": unnecessary / length if length > 0.1 else np.nan,
-        "cumulative_heading_change": _turned(trace.robot_heading),
-    }
-
-
-def shortest_path_turning(trace: Trace, way: slice, spacing: float = 0.5) -> float:
-    """Rotation that the shortest path of a way asks for from its first heading on [rad]."""
-    first = way.start
-    field = geodesic_field(trace.scenario.map, trace.robot_goal[first])
-    path = field.path(trace.robot_position[first], spacing)
-    pieces = np.diff(path, axis=0)
-    bearings = np.arctan2(pieces[:, 1], pieces[:, 0])[np.linalg.norm(pieces, axis=1) > 1e-6]
-    return _turned(np.concatenate([trace.robot_heading[first : first + 1], bearings]))
 
 
 def motion(trace: Trace) -> dict[str, Value]:
@@ -221,23 +179,6 @@ def distance_to_true_paths(trace: Trace, horizon: float) -> Floats:
     return outermost
 
 
-def progress(trace: Trace) -> dict[str, Value]:
-    """Time spent standing [s], and the number of 5 s windows without progress to the goal."""
-    speed = np.linalg.norm(np.diff(trace.robot_position, axis=0), axis=1) / trace.dt
-    return {
-        "stalled_time": float((speed < STALLED_SPEED).sum() * trace.dt),
-        "failure_to_progress": sum(_windows_without_progress(trace, way) for way in trace.ways),
-    }
-
-
-def _windows_without_progress(trace: Trace, way: slice) -> int:
-    field = geodesic_field(trace.scenario.map, trace.robot_goal[way.start])
-    window = round(PROGRESS_WINDOW / trace.dt)
-    remaining = field.distance(trace.robot_position[way][::window])
-    gained = remaining[:-1] - remaining[1:]
-    return int((gained < PROGRESS_NEEDED).sum())
-
-
 def social_work(trace: Trace) -> float:
     """Social forces on the robot and by the robot on people, over the whole episode [m/s]."""
     return float(trace.social_work.sum())
@@ -298,21 +239,6 @@ def _distance_to_segments(point: Floats, start: Floats, end: Floats) -> Floats:
     share = np.clip(((point - start) * along).sum(-1) / squared, 0.0, 1.0)
     distance: Floats = np.linalg.norm(point - start - share[..., None] * along, axis=-1)
     return distance
-
-
-def _length(path: Floats) -> float:
-    """Of a path (T, 2) [m]."""
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-
-
-def _turned(headings: Floats) -> float:
-    """Sum of the turns between headings (T,) that follow each other [rad]."""
-    return float(np.abs(_wrapped(np.diff(headings))).sum())
-
-
-def _wrapped(angle: Floats) -> Floats:
-    """Angles in (-pi, pi]."""
-    return -((np.pi - angle) % (2 * np.pi) - np.pi)
 
 
 def _finite(value: float) -> float:
