@@ -3,7 +3,7 @@
 Three policies, from three training seeds, count as one: each metric is their mean in an episode,
 and the interval is over the episodes, which all arms share.
 
-python tests/validation/policy_table.py runs/policies/episodes.parquet docs/results/policies.json
+python tests/validation/policy_table.py docs/results/policies.json runs/policies/episodes.parquet
 """
 
 import json
@@ -84,9 +84,9 @@ def interval_text(interval: dict[str, float], sign: str = "") -> str:
     return f"{mean} [{low}, {high}]"
 
 
-def main(episodes: Path, out: Path) -> None:
-    """Print the table and write all of it."""
-    rows = pq.read_table(episodes).to_pylist()
+def main(out: Path, *episodes: Path) -> None:
+    """Print the table and write all of it, of one or several files of episodes."""
+    rows = [row for path in episodes for row in pq.read_table(path).to_pylist()]
     found: dict[str, Any] = {}
     for key in values(rows, METRICS[0]):
         metrics = {metric: entry(rows, metric, key) for metric in METRICS}
@@ -96,4 +96,4 @@ def main(episodes: Path, out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(*map(Path, sys.argv[1:]))
