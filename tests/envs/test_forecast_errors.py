@@ -149,7 +149,8 @@ def test_who_is_sure_of_everything_has_no_nll() -> None:
     nothing = {"mean": None, "low": None, "high": None, "n": 0}
     assert all(step["nll"] == nothing for step in found["by_step"])
     assert found["by_step"][0]["coverage"]["mean"] == 0.0
-    section = forecast_section({"forecast_errors": {"s": {"a": found}}}, {"a": "#123456"})
+    summary = {"arms": {"a": {}}, "forecast_errors": {"s": {"a": found}}}
+    section = forecast_section(summary, {"a": "#123456"})
     assert 'nll [nat]</th><td class="missing">' in section
 
 

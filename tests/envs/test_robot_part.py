@@ -61,7 +61,8 @@ def test_somebody_who_leaves_in_a_twin_is_not_compared() -> None:
 
 def test_the_report_tells_the_parts_apart() -> None:
     cells = forecast_cells(branched(), ABOUT)
-    section = forecast_section({"forecast_errors": forecast_breakdown(cells)}, {"a": "#123456"})
+    summary = {"arms": {"a": {}}, "forecast_errors": forecast_breakdown(cells)}
+    section = forecast_section(summary, {"a": "#123456"})
     shown = section[section.index("What the robot itself caused") :]
     assert "model's own error" in html.unescape(shown)
     assert "<td>0.10<small>no interval, n 1</small></td>" in shown
