@@ -91,10 +91,10 @@ def _help_counts(gains: Mapping[str, Any]) -> list[str]:
         return []
     verdicts = [entry["success"]["verdict"] for entry in gains.values()]
     counts = {name: verdicts.count(name) for name in ("better", "worse", "inconclusive")}
-    told = listed([f"{count} {name}" for name, count in counts.items()])
     return [
-        f"Of {len(verdicts)} pairs of policy and forecaster, {told} in success than the same "
-        "policy without forecasts, all scenarios together."
+        f"Of {len(verdicts)} arms with forecasts, all scenarios together, {counts['better']} reach "
+        f"their goal conclusively more often than the same policy without, {counts['worse']} less "
+        f"often; {counts['inconclusive']} inconclusive."
     ]
 
 

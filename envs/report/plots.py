@@ -38,8 +38,8 @@ INK = "#010203"
 SHOWN = tuple(key for key in HEADLINE if key != "collision_pedestrian")
 """Columns with a panel of their own; collisions are in the plot of outcomes."""
 
-REM_PER_INCH = 3.8
-"""A page too narrow for a plot at this scale scrolls it."""
+REM_PER_INCH = (3.8, 7.2)
+"""Least and greatest scale of a plot; a page too narrow for the least scrolls it."""
 
 PANELS_IN_A_ROW = 5
 """More scenarios than these go below one another."""
@@ -174,7 +174,9 @@ def as_svg(figure: Figure, title: str) -> str:
         r'<svg [^>]*?viewBox="([^"]*)"[^>]*>', r'<svg role="img" viewBox="\1">', svg, count=1
     )
     width = float(svg.split('viewBox="', 1)[1].split()[2]) / 72.0
-    svg = svg.replace("<svg ", f'<svg style="min-width:{REM_PER_INCH * width:.0f}rem" ', 1)
+    least, most = (scale * width for scale in REM_PER_INCH)
+    sizes = f"min-width:{least:.0f}rem;max-width:{most:.0f}rem"
+    svg = svg.replace("<svg ", f'<svg style="{sizes}" ', 1)
     return svg.replace(">", f"><title>{title}</title>", 1)
 
 
