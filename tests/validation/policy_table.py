@@ -24,9 +24,6 @@ METRICS = (
     "time_to_goal_penalized",
     "intrusion_ratio@4.8",
 )
-RESAMPLES = 2000
-REFERENCE = "none"
-
 Key = tuple[str, str, str]
 """Scenario, policy (of any training seed), forecaster."""
 
@@ -44,22 +41,31 @@ def values(rows: list[dict[str, Any]], metric: str) -> dict[Key, np.ndarray]:
     }
 
 
-def entry(rows: list[dict[str, Any]], metric: str, key: Key) -> dict[str, Any]:
-    """One metric of one arm: per training seed, over all, and against the arm without forecasts."""
-    arms = values(rows, metric)
+def entry(arms: dict[Key, np.ndarray], key: Key) -> dict[str, Any]:
+    """One metric of one arm: per training seed, over all, and against other arms."""
     scenario, policy, forecaster = key
-    mean, reference = arms[key].mean(axis=0), arms[scenario, policy, REFERENCE].mean(axis=0)
-    rng = np.random.default_rng(0)
-    if len(arms[key]) == 1 and set(mean) <= {0.0, 1.0}:
-        mean, reference = mean > 0.5, reference > 0.5
+    against = {
+        "against_none": (scenario, policy, "none"),
+        "against_constant_velocity": (scenario, policy, "constant_velocity"),
+        "against_mppi": (scenario, "mppi", forecaster),
+    }
     found = {
         "by_training_seed": [round(float(one), 4) for one in arms[key].mean(axis=1)],
-        "mean": as_json(mean_interval(mean, rng, resamples=RESAMPLES)),
+        "mean": as_json(mean_interval(per_episode(arms[key]), np.random.default_rng(0))),
     }
-    if forecaster != REFERENCE:
-        change = paired_difference(mean, reference, rng, resamples=RESAMPLES)
-        found["change_by_forecast"] = as_json(change)
+    for name, other in against.items():
+        if other != key and other in arms:
+            change = paired_difference(
+                per_episode(arms[key]), per_episode(arms[other]), np.random.default_rng(0)
+            )
+            found[name] = as_json(change)
     return found
+
+
+def per_episode(seeds: np.ndarray) -> np.ndarray:
+    """Means over training seeds (episodes,); yes or no stays that where there is one alone."""
+    mean = seeds.mean(axis=0)
+    return mean > 0.5 if len(seeds) == 1 and set(mean) <= {0.0, 1.0} else mean
 
 
 def as_json(interval: Interval) -> dict[str, float | int]:
@@ -73,7 +79,7 @@ def line(key: Key, metrics: dict[str, Any]) -> str:
     cells = [*key, seeds]
     for metric in ("success", "collision_pedestrian", "time_to_goal_penalized"):
         cells.append(interval_text(metrics[metric]["mean"]))
-    change = metrics["success"].get("change_by_forecast")
+    change = metrics["success"].get("against_none")
     cells.append("" if change is None else interval_text(change, sign="+"))
     return "| " + " | ".join(cells) + " |"
 
@@ -87,9 +93,10 @@ def interval_text(interval: dict[str, float], sign: str = "") -> str:
 def main(out: Path, *episodes: Path) -> None:
     """Print the table and write all of it, of one or several files of episodes."""
     rows = [row for path in episodes for row in pq.read_table(path).to_pylist()]
+    arms = {metric: values(rows, metric) for metric in METRICS}
     found: dict[str, Any] = {}
-    for key in values(rows, METRICS[0]):
-        metrics = {metric: entry(rows, metric, key) for metric in METRICS}
+    for key in sorted(arms["success"]):
+        metrics = {metric: entry(arms[metric], key) for metric in METRICS}
         found["/".join(key)] = metrics
         sys.stdout.write(line(key, metrics) + "\n")
     out.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
