@@ -21,7 +21,8 @@ class CrowdNavConfig:
     All of them fit into JSON, but for a forecaster that is handed in as an object.
 
     Attributes:
-        scenario: Name in `crowdsim.scenarios.SCENARIOS`.
+        scenario: Name in `crowdsim.scenarios.SCENARIOS`, several joined by `+`, of which every
+            episode draws one, or a scenario file.
         scenario_parameters: Keywords of that scenario.
         robot: `unicycle` takes (speed, angular speed), `holonomic` a velocity in its own frame,
             `bicycle` (speed, steering angle).
