@@ -37,19 +37,15 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
 
     Args:
         spec: `straight`, `social_force`, `orca`, `dwa`, `mppi`, `mppi@SECONDS` (planning that far
-            ahead instead of 4.8 s), `nmpc` (needs the extra of that name), `ppo` or `ppo@SEED` (one
-            that comes with the package, trained with the forecaster of `config`), or the folder of
-            a trained policy.
+            ahead instead of 4.8 s), `ppo` or `ppo@SEED` (one that comes with the package, trained
+            with the forecaster of `config`), or the folder of a trained policy.
         config: Configuration of the environment that the policy will act in.
 
     Raises:
-        ValueError: `spec` is neither a known name nor such a folder, or needs an extra that is not
-            installed.
+        ValueError: `spec` is neither a known name nor such a folder.
     """
     if spec in SIMPLE:
         return SIMPLE[spec](config)
-    if spec == "nmpc":
-        return _optimizing(config)
     name, at, seconds = spec.partition("@")
     if at and name == "mppi":
         return MPPIPolicy(config, MPPIParameters(horizon=_seconds(seconds)))
@@ -59,18 +55,8 @@ def make_policy(spec: str, config: CrowdNavConfig) -> Policy:
         return _learned(Path(spec), config)
     raise ValueError(
         f"unknown policy {spec!r}; known are {', '.join(SIMPLE)}, mppi@SECONDS, "
-        "nmpc, ppo, ppo@SEED, or the folder of a trained policy"
+        "ppo, ppo@SEED, or the folder of a trained policy"
     )
-
-
-def _optimizing(config: CrowdNavConfig) -> Policy:
-    try:
-        from envs.policies.nmpc import NMPCPolicy
-    except ModuleNotFoundError as missing:
-        raise ValueError(
-            f"nmpc needs the extra of that name, pip install 'crowdnav-testbed[nmpc]': {missing}"
-        ) from missing
-    return NMPCPolicy(config)
 
 
 def _learned(folder: Path, config: CrowdNavConfig) -> Policy:

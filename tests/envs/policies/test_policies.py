@@ -52,11 +52,3 @@ def test_a_planning_horizon_is_a_positive_whole_number_of_steps(spec: str) -> No
 def test_a_folder_without_a_policy_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"policy\.json"):
         make_policy(str(tmp_path), CrowdNavConfig())
-
-
-def test_the_optimizing_planner_says_which_extra_it_needs(monkeypatch):
-    monkeypatch.setitem(sys.modules, "casadi", None)
-    for module in ("envs.policies.nmpc", "envs.policies.optimal_control"):
-        monkeypatch.delitem(sys.modules, module, raising=False)
-    with pytest.raises(ValueError, match=r"crowdnav-testbed\[nmpc\]"):
-        make_policy("nmpc", CrowdNavConfig())
