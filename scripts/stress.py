@@ -37,7 +37,7 @@ def stress(
             field_of_view, history, frame_jitter, mission or map.
         values: Where to turn a single knob to, such as [0.4,4.8]; the usual values if not given.
         policies: As `crowdnav evaluate` takes them; `mppi@SECONDS` plans that far ahead whatever
-            the horizon of the forecasts.
+            the horizon of the forecasts, and looks at none of what they say beyond.
         forecasters: As `crowdnav evaluate` takes them.
         scenario: Name of the scenario.
         scenario_parameters: Its keywords, such as {"pedestrians": 40}.
