@@ -41,7 +41,7 @@ def train_policy(
 
     Args:
         algorithm: What trains it; `recurrent_ppo` gives it an LSTM, `sac` and `tqc` learn from
-            fewer steps, each of which takes longer.
+            stored steps, which takes longer.
         scenario: Name of the scenario to train in; of several joined by `+` each episode draws one.
         scenario_parameters: Keywords of the scenario, such as {"pedestrians": 5}.
         robot: Kind of robot.
