@@ -2,7 +2,7 @@
 
 import bisect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -43,11 +43,7 @@ def turned(choice: ScenarioChoice, name: str, value: Setting) -> ScenarioChoice:
     if name not in KNOBS:
         raise ValueError(f"knob must be one of {', '.join(KNOBS)}, got {name!r}")
     scenario = KNOBS[name].turn(choice, value)
-    return _replaced(scenario, title=f"{name}={value:g}" if is_number(value) else f"{name}={value}")
-
-
-def _replaced(choice: ScenarioChoice, **changes: Any) -> ScenarioChoice:
-    return ScenarioChoice(**{**vars(choice), **changes})
+    return replace(scenario, title=f"{name}={value:g}" if is_number(value) else f"{name}={value}")
 
 
 def is_number(value: Setting) -> bool:
@@ -66,7 +62,7 @@ def _environment(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
     """A keyword of `CrowdNavConfig`."""
 
     def turn(choice: ScenarioChoice, value: Any) -> ScenarioChoice:
-        return _replaced(choice, settings={**choice.settings, key: value})
+        return replace(choice, settings={**choice.settings, key: value})
 
     return turn
 
@@ -75,7 +71,7 @@ def _parameter(key: str) -> Callable[[ScenarioChoice, Any], ScenarioChoice]:
     """A keyword of the scenario."""
 
     def turn(choice: ScenarioChoice, value: Any) -> ScenarioChoice:
-        return _replaced(choice, parameters={**choice.parameters, key: value})
+        return replace(choice, parameters={**choice.parameters, key: value})
 
     return turn
 
@@ -124,7 +120,7 @@ def _has_room(choice: ScenarioChoice, count: int) -> bool:
 def _map(choice: ScenarioChoice, value: str) -> ScenarioChoice:
     """The same people in a generated place of a kind; what else the scenario takes is left out."""
     kept = {name: choice.parameters[name] for name in _OF_PEOPLE if name in choice.parameters}
-    return _replaced(choice, scenario="public_place", parameters={**kept, "place": value})
+    return replace(choice, scenario="public_place", parameters={**kept, "place": value})
 
 
 _OF_PEOPLE: Final = ("pedestrians", "groups", "model", "behaviour")
