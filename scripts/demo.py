@@ -11,8 +11,8 @@ from scripts.options import Seeds
 from scripts.output import require_file, require_folder, write_json
 
 if TYPE_CHECKING:
-    from envs.comparison import Arm, ScenarioChoice
-    from envs.evaluation import Evaluation
+    from envs.evaluation.comparison import Arm, ScenarioChoice
+    from envs.evaluation.evaluate import Evaluation
 
 SYNTHETIC: Final = ("circular_crossing", "parallel_traffic", "urban_crossing")
 REAL_SCENE: Final = "crowds_zara01"
@@ -45,8 +45,8 @@ def demo(
     """
     require_folder(out)
     require_file(json)
-    from envs.comparison import EvaluationConfig
-    from envs.evaluation import evaluate, write_evaluation
+    from envs.evaluation.comparison import EvaluationConfig
+    from envs.evaluation.evaluate import evaluate, write_evaluation
     from envs.report import build_report
     from scripts.progress import episodes_bar
 
@@ -76,7 +76,7 @@ def cores() -> int:
 
 def arms() -> tuple["Arm", ...]:
     """What is compared."""
-    from envs.comparison import Arm
+    from envs.evaluation.comparison import Arm
 
     forecasters = ("none", "constant_velocity", "fast", "oracle")
     planned = (Arm(policy="mppi", forecaster=forecaster) for forecaster in forecasters)
@@ -90,7 +90,7 @@ def scenarios(data: Path | None) -> tuple["ScenarioChoice", ...]:
         FileNotFoundError: `data` is given, and no ETH/UCY data is there.
     """
     from crowdsim.recordings import find_data
-    from envs.comparison import ScenarioChoice
+    from envs.evaluation.comparison import ScenarioChoice
 
     synthetic = tuple(ScenarioChoice(scenario=name) for name in SYNTHETIC)
     try:

@@ -57,9 +57,9 @@ def evaluate(
     """
     require_folder(out)
     require_file(json)
-    from envs.comparison import EvaluationConfig, ScenarioChoice, cross, variants
-    from envs.evaluation import evaluate as run
-    from envs.evaluation import write_evaluation
+    from envs.evaluation.comparison import EvaluationConfig, ScenarioChoice, cross, variants
+    from envs.evaluation.evaluate import evaluate as run
+    from envs.evaluation.evaluate import write_evaluation
     from envs.report import build_report
     from scripts.interruption import kept_tasks
     from scripts.progress import episodes_bar

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from envs.finished_tasks import FinishedTasks
+    from envs.evaluation.finished_tasks import FinishedTasks
 
 
 @contextmanager
@@ -33,7 +33,7 @@ def kept_tasks(out: Path, resume: bool) -> Iterator["FinishedTasks"]:
     Raises:
         KeyboardInterrupt: Again, with a hint at how to go on.
     """
-    from envs.finished_tasks import FinishedTasks
+    from envs.evaluation.finished_tasks import FinishedTasks
 
     finished = FinishedTasks(out / "finished-tasks")
     if not resume:

@@ -34,8 +34,8 @@ def render(
         raise ValueError(f"expected a file named {' or '.join(SUFFIXES)}, found {out.name!r}")
     require_file(out)
     from envs.config import make_config
+    from envs.evaluation.runs import run_episode
     from envs.report import write_picture, write_video
-    from envs.runs import run_episode
 
     config = make_config(
         **{} if environment is None else environment,

@@ -51,11 +51,11 @@ def stress(
     """
     require_folder(out)
     require_file(json)
-    from envs.comparison import ScenarioChoice
+    from envs.evaluation.comparison import ScenarioChoice
+    from envs.evaluation.stress import StressConfig
+    from envs.evaluation.stress import stress as run
     from envs.report import build_stress_report, write_stress
     from envs.report.stress_files import stress_table
-    from envs.stress import StressConfig
-    from envs.stress import stress as run
     from scripts.interruption import kept_tasks
     from scripts.progress import episodes_bar
 

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from envs.metric_table import METRICS, aggregate_name
+from envs.evaluation.metric_table import METRICS, aggregate_name
 
 COLUMNS: Final = {
     "success": "success [%]",
@@ -26,7 +26,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     """Print the main metrics of every arm in every scenario, each mean with its 95 % interval.
 
     Args:
-        summary: Of `envs.evaluation.Evaluation`.
+        summary: Of `envs.evaluation.evaluate.Evaluation`.
     """
     table = Table(box=SIMPLE, show_edge=False, pad_edge=False, caption=CAPTION)
     table.add_column("policy/forecaster", overflow="fold")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from crowdsim.scenarios import SCENARIOS
-from envs.metric_table import METRICS
+from envs.evaluation.metric_table import METRICS
 from scripts.__main__ import COMMANDS, build_parser
 
 ROOT = Path(__file__).parents[1]

@@ -6,8 +6,8 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from envs.knobs import is_number, value_text
-from envs.metric_table import METRICS, aggregate_name
+from envs.evaluation.knobs import is_number, value_text
+from envs.evaluation.metric_table import METRICS, aggregate_name
 from envs.report import plots
 
 SHOWN: Final = ("success", "collision_pedestrian", "time_to_goal_penalized", "forecast_fde")
@@ -29,8 +29,8 @@ def curve_figure(lines: Lines, label: str, shown: Sequence[str] = SHOWN) -> Figu
     """One panel per metric: a line with its interval over the values of a setting or knob.
 
     Args:
-        lines: Points by line, as `envs.curves.curve` gives them; all at the same values, or at
-            numbers.
+        lines: Points by line, as `envs.evaluation.curves.curve` gives them; all at the same values,
+            or at numbers.
         label: What the axis says.
         shown: Four metrics that the points have.
     """

@@ -9,7 +9,7 @@ from string import Template
 from typing import Any
 
 from crowdsim.recordings.store import write_atomic
-from envs.replays import RecordedEpisode
+from envs.evaluation.replays import RecordedEpisode
 from envs.report.records import player_records
 
 SENTENCES_SHOWN = 3

@@ -7,9 +7,9 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from envs.evaluation.summary import ALL_SCENARIOS
 from envs.report import plots
 from envs.report.tables import legend
-from envs.summary import ALL_SCENARIOS
 
 NOTE = (
     "Forecasts that the robot saw, against what people then did beside it: those whose whole "

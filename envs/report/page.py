@@ -6,10 +6,10 @@ from html import escape
 from pathlib import Path
 from typing import Any, Final
 
-from envs import findings
-from envs.comparison import VISIBILITY_NAMES
-from envs.evaluation import Evaluation
-from envs.metric_table import HEADLINE, METRICS
+from envs.evaluation import findings
+from envs.evaluation.comparison import VISIBILITY_NAMES
+from envs.evaluation.evaluate import Evaluation
+from envs.evaluation.metric_table import HEADLINE, METRICS
 from envs.report import curve_plots, plots, tables
 from envs.report.document import section, sentences, write_document
 from envs.report.forecast_section import forecast_section
@@ -74,7 +74,7 @@ def build_report(evaluation: Evaluation, out: Path) -> Path:
     """Writes the report of an evaluation.
 
     Args:
-        evaluation: What `envs.evaluation.evaluate` returned.
+        evaluation: What `envs.evaluation.evaluate.evaluate` returned.
         out: File to write; it appears under its name only when it is complete.
 
     Returns:

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from envs.metric_table import HEADLINE, METRICS, aggregate_name
-from envs.summary import ALL_SCENARIOS
+from envs.evaluation.metric_table import HEADLINE, METRICS, aggregate_name
+from envs.evaluation.summary import ALL_SCENARIOS
 
 ARM_COLORS = (
     "#7f8a99",

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from crowdsim.map import Map
 from crowdsim.render import render_map
-from envs.forecast_scores import forecast_columns
-from envs.replays import RecordedEpisode
+from envs.evaluation.forecast_scores import forecast_columns
+from envs.evaluation.replays import RecordedEpisode
 from envs.trace import Trace
 
 Bounds = tuple[float, float, float, float]

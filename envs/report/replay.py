@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from crowdsim import render
 from crowdsim.recordings.store import write_atomic
 from crowdsim.render import render_frame, render_map
-from envs.forecast_scores import forecast_columns
+from envs.evaluation.forecast_scores import forecast_columns
 from envs.report.records import OUTCOMES
 from envs.trace import Trace
 

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from crowdsim.recordings.store import write_atomic
-from envs.episode_rows import rows_as_parquet
-from envs.forecast_cells import CELL_COLUMNS
-from envs.knobs import value_text
-from envs.metric_table import METRICS, aggregate_name
+from envs.evaluation.episode_rows import rows_as_parquet
+from envs.evaluation.forecast_cells import CELL_COLUMNS
+from envs.evaluation.knobs import value_text
+from envs.evaluation.metric_table import METRICS, aggregate_name
+from envs.evaluation.stress import Stress
+from envs.evaluation.wording import number, share
 from envs.report import plots
 from envs.report.curve_plots import SHOWN, curve_figure
-from envs.stress import Stress
-from envs.wording import number, share
 
 SHOWN_OF_MISSIONS: Final = (
     "success",

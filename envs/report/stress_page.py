@@ -5,12 +5,12 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from envs.knobs import value_text
+from envs.evaluation.knobs import value_text
+from envs.evaluation.stress import Stress
 from envs.report import tables
 from envs.report.curve_plots import curve_plot, line_colors
 from envs.report.document import section, sentences, write_document
 from envs.report.stress_files import shown_of
-from envs.stress import Stress
 
 NOTE = (
     "One knob is turned at a time and all else stays; every point of every curve runs the same "
@@ -24,7 +24,7 @@ def build_stress_report(result: Stress, out: Path) -> Path:
     """Writes the report of a stress test.
 
     Args:
-        result: What `envs.stress.stress` returned.
+        result: What `envs.evaluation.stress.stress` returned.
         out: File to write; it appears under its name only when it is complete.
 
     Returns:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from envs.metric_table import HEADLINE, METRICS, Metric, aggregate_name
-from envs.summary import ALL_SCENARIOS
+from envs.evaluation.metric_table import HEADLINE, METRICS, Metric, aggregate_name
+from envs.evaluation.summary import ALL_SCENARIOS
 
 MAIN = (
     "success",
@@ -65,7 +65,7 @@ def change_table(
     """A setting's values as rows, line by line, headline metrics as columns.
 
     Args:
-        lines: Of `envs.curves.setting_curves`.
+        lines: Of `envs.evaluation.curves.setting_curves`.
         name: What a value is called.
         colors: By line.
     """

@@ -14,8 +14,8 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import envs
 from crowdsim.map import Map
+from envs.evaluation.twin import run_twin
 from envs.rewards import REWARD_TERMS
-from envs.twin import run_twin
 
 IDS = ("crowdnav/CrowdNav-v0", "crowdnav/CrowdNavFlat-v0")
 ROBOTS = ("unicycle", "holonomic", "bicycle")

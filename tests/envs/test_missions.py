@@ -14,10 +14,10 @@ from crowdsim.scenarios import make_scenario
 from envs.config import CrowdNavConfig, make_config
 from envs.crowd_nav import CrowdNav
 from envs.episodes import Episodes
-from envs.metrics import navigation_metrics
+from envs.evaluation.metrics import navigation_metrics
+from envs.evaluation.runs import run_episodes
 from envs.observation import ROBOT_INDEX
 from envs.routes import Routes
-from envs.runs import run_episodes
 from envs.tasks import check_mission
 
 GOAL = [ROBOT_INDEX["goal_x"], ROBOT_INDEX["goal_y"]]

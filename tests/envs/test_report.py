@@ -15,21 +15,21 @@ from hand_made_traces import DT, make_trace, walk
 
 from crowdsim.map import Map
 from crowdsim.recordings import Picture
-from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
-from envs.curves import setting_curves
-from envs.dose_response import rank_correlation
-from envs.episode_rows import Row
-from envs.evaluation import Evaluation
-from envs.findings import HELP, HOW_TO_ASK, IN_THE_LOOP, ROBOT_PART, findings
-from envs.forecast_breakdown import forecast_breakdown
-from envs.forecast_cells import forecast_cells
-from envs.metrics import navigation_metrics
-from envs.replays import RecordedEpisode
+from envs.evaluation.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.evaluation.curves import setting_curves
+from envs.evaluation.dose_response import rank_correlation
+from envs.evaluation.episode_rows import Row
+from envs.evaluation.evaluate import Evaluation
+from envs.evaluation.findings import HELP, HOW_TO_ASK, IN_THE_LOOP, ROBOT_PART, findings
+from envs.evaluation.forecast_breakdown import forecast_breakdown
+from envs.evaluation.forecast_cells import forecast_cells
+from envs.evaluation.metrics import navigation_metrics
+from envs.evaluation.replays import RecordedEpisode
+from envs.evaluation.summary import as_json, summarize
 from envs.report import build_report, write_picture, write_video
 from envs.report.document import embedded_json
 from envs.report.records import pack, pack_episode, view_bounds, view_image
 from envs.report.replay import busiest_row, history
-from envs.summary import as_json, summarize
 from envs.trace import Trace
 
 CHROMIUM = Path("/usr/bin/chromium")

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from envs.config import make_config
 from envs.episodes import Episodes
-from envs.runs import run_episode
+from envs.evaluation.runs import run_episode
 from envs.sensor import Detections
 from envs.track_filter import TrackFilter, steady_gains
 

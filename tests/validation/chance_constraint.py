@@ -9,9 +9,9 @@ import gymnasium
 import numpy as np
 
 from envs.config import CrowdNavConfig
+from envs.evaluation.statistics import agresti_min
 from envs.policies import MPPIParameters, MPPIPolicy
 from envs.policies.rollouts import Costs
-from envs.statistics import agresti_min
 
 WIDTH = 20
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 
-from envs.statistics import Interval, mean_interval, paired_difference
+from envs.evaluation.statistics import Interval, mean_interval, paired_difference
 
 METRICS = (
     "success",

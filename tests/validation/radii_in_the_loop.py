@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from envs.config import make_config
-from envs.forecast_breakdown import mean_of_sums
-from envs.forecast_scores import rows_ahead, scored_forecasts
-from envs.runs import run_episodes
+from envs.evaluation.forecast_breakdown import mean_of_sums
+from envs.evaluation.forecast_scores import rows_ahead, scored_forecasts
+from envs.evaluation.runs import run_episodes
 from envs.trace import Trace
 from predictor.datasets import read_tests
 from predictor.forecaster import CalibratedForecaster, make_forecaster

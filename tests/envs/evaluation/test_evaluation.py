@@ -7,16 +7,16 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-import envs.evaluation
-import envs.finished_tasks
-from envs.comparison import Arm, EvaluationConfig, ScenarioChoice, cross, variants
+import envs.evaluation.evaluate
+import envs.evaluation.finished_tasks
 from envs.config import make_config
-from envs.episode_rows import Measured, Row, read_rows
-from envs.evaluation import Evaluation, Task, evaluate, write_evaluation
-from envs.finished_tasks import FinishedTasks
-from envs.metric_table import METRICS
-from envs.runs import run_episode, run_episodes
-from envs.summary import ALL_SCENARIOS, summarize
+from envs.evaluation.comparison import Arm, EvaluationConfig, ScenarioChoice, cross, variants
+from envs.evaluation.episode_rows import Measured, Row, read_rows
+from envs.evaluation.evaluate import Evaluation, Task, evaluate, write_evaluation
+from envs.evaluation.finished_tasks import FinishedTasks
+from envs.evaluation.metric_table import METRICS
+from envs.evaluation.runs import run_episode, run_episodes
+from envs.evaluation.summary import ALL_SCENARIOS, summarize
 
 FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 4})
 DOOR = ScenarioChoice(scenario="narrow_doorway", parameters={"pedestrians": 4}, title="door")
@@ -108,7 +108,7 @@ def test_an_episode_does_not_depend_on_those_beside_it() -> None:
 def test_an_interrupted_evaluation_goes_on_where_it_stopped(
     evaluation: Evaluation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(envs.finished_tasks, "source_revision", lambda: "the same one")
+    monkeypatch.setattr(envs.evaluation.finished_tasks, "source_revision", lambda: "the same one")
     finished = FinishedTasks(tmp_path / "finished")
 
     def stop_after(done: int, of: int) -> None:
@@ -126,7 +126,7 @@ def test_an_interrupted_evaluation_goes_on_where_it_stopped(
         simulated.append((environment.scenario, environment.forecaster))
         return run_episodes(environment, *arguments, **options)
 
-    monkeypatch.setattr(envs.evaluation, "run_episodes", watched)
+    monkeypatch.setattr(envs.evaluation.evaluate, "run_episodes", watched)
     resumed = evaluate(config, finished=finished)
     assert comparable(resumed.rows) == comparable(evaluation.rows)
     assert resumed.cells == evaluation.cells

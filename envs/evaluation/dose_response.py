@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from envs.episode_rows import Row
-from envs.metrics import Value
-from envs.statistics import Interval
+from envs.evaluation.episode_rows import Row
+from envs.evaluation.metrics import Value
+from envs.evaluation.statistics import Interval
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.forecast_scores import ScoredForecasts, rows_ahead
+from envs.evaluation.forecast_scores import ScoredForecasts, rows_ahead
 from envs.trace import Trace, TwinTrace
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from envs.episode_rows import Row
+from envs.evaluation.episode_rows import Row
 from envs.trace import Trace
 
 

@@ -18,23 +18,23 @@ import numpy as np
 
 from crowdsim.recordings.store import write_atomic
 from crowdsim.scenarios import make_scenario
-from envs.comparison import Arm, EvaluationConfig, ScenarioChoice
 from envs.config import CrowdNavConfig
-from envs.curves import setting_curves
-from envs.dose_response import rank_correlation
-from envs.episode_rows import Measured, Row, rows_as_parquet
-from envs.findings import findings
-from envs.finished_tasks import FinishedTasks
-from envs.forecast_breakdown import forecast_breakdown
-from envs.forecast_cells import CELL_COLUMNS, forecast_cells
+from envs.evaluation.comparison import Arm, EvaluationConfig, ScenarioChoice
+from envs.evaluation.curves import setting_curves
+from envs.evaluation.dose_response import rank_correlation
+from envs.evaluation.episode_rows import Measured, Row, rows_as_parquet
+from envs.evaluation.findings import findings
+from envs.evaluation.finished_tasks import FinishedTasks
+from envs.evaluation.forecast_breakdown import forecast_breakdown
+from envs.evaluation.forecast_cells import CELL_COLUMNS, forecast_cells
+from envs.evaluation.metrics import DELAY_AHEAD, navigation_metrics
+from envs.evaluation.replays import RecordedEpisode, instructive_seeds
+from envs.evaluation.runs import run_episodes
+from envs.evaluation.summary import as_json, summarize
+from envs.evaluation.twin import run_twin
+from envs.evaluation.workers import run_tasks
 from envs.forecasters import make_world_forecaster
-from envs.metrics import DELAY_AHEAD, navigation_metrics
 from envs.policies import make_policy
-from envs.replays import RecordedEpisode, instructive_seeds
-from envs.runs import run_episodes
-from envs.summary import as_json, summarize
-from envs.twin import run_twin
-from envs.workers import run_tasks
 from predictor.checkpoint import source_revision
 
 Progress = Callable[[int, int], None]
@@ -48,12 +48,12 @@ class Evaluation:
         config: What was asked.
         rows: One per episode: scenario, arm, policy, forecaster, seed and all metrics; ordered by
             scenario, arm and seed.
-        cells: Forecast errors of every episode by bin and step (`envs.forecast_cells`), ordered
-            likewise.
+        cells: Forecast errors of every episode by bin and step, as `forecast_cells` gives them,
+            ordered likewise.
         summary: `run` (command, machine, …), `config`, `findings`, `dose_response` (rank
             correlation of forecast error and outcomes), `forecast_errors` (by step, distance and
-            history), `settings` (curves over what was varied, `envs.curves.setting_curves`), and
-            what `envs.summary.summarize` gives; fits into JSON.
+            history), `settings` (curves over what was varied, `setting_curves`), and what
+            `summarize` gives; fits into JSON.
         recorded: A few instructive episodes, of every arm from the same seed.
     """
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from envs.dose_response import rank_correlation
+from envs.evaluation.dose_response import rank_correlation
 
 FORECASTERS = ("a", "b", "c", "d")
 

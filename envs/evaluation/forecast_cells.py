@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.episode_rows import EPISODE_COLUMNS
-from envs.forecast_scores import ScoredForecasts, scored_forecasts
-from envs.metrics import Value
-from envs.robot_part import RobotPart, robot_part
+from envs.evaluation.episode_rows import EPISODE_COLUMNS
+from envs.evaluation.forecast_scores import ScoredForecasts, scored_forecasts
+from envs.evaluation.metrics import Value
+from envs.evaluation.robot_part import RobotPart, robot_part
 from envs.trace import Trace
 
 DISTANCES = ("0-2", "2-4", "4-8", "8-")
@@ -60,8 +60,8 @@ def forecast_cells(trace: Trace, about: Mapping[str, Value]) -> list[dict[str, V
         `frames_seen` (names of the bins), `step` from 1 and its `seconds`, `n` forecasts, the sum
         of their errors `error_sum` [m] and how many came true `within_radius`; of the `nll_n`
         forecasts that state a radius, the sum of the negative log densities `nll_sum` [nat]; and of
-        the `twin_n` forecasts that `envs.robot_part` splits, the sums of the error and its parts
-        [m].
+        the `twin_n` forecasts that `envs.evaluation.robot_part` splits, the sums of the error and
+        its parts [m].
     """
     scored = scored_forecasts(trace)
     sums_of = _sums(scored, robot_part(trace, scored))

@@ -3,9 +3,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from envs.curves import setting_curves
-from envs.episode_rows import Row
-from envs.metric_table import METRICS
+from envs.evaluation.curves import setting_curves
+from envs.evaluation.episode_rows import Row
+from envs.evaluation.metric_table import METRICS
 
 
 def episode(seed: int, success: bool, **about: Any) -> Row:

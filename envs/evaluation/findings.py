@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
-from envs.comparison import VISIBILITY_NAMES
-from envs.metric_table import HEADLINE, METRICS, Metric, aggregate_name
-from envs.summary import ALL_SCENARIOS
-from envs.wording import difference_text, listed, number, share, verdict_words
+from envs.evaluation.comparison import VISIBILITY_NAMES
+from envs.evaluation.metric_table import HEADLINE, METRICS, Metric, aggregate_name
+from envs.evaluation.summary import ALL_SCENARIOS
+from envs.evaluation.wording import difference_text, listed, number, share, verdict_words
 
 HELP: Final = "Does forecasting help?"
 ROBOT_PART: Final = "How much of the forecast error is the robot's own doing?"

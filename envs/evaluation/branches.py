@@ -1,8 +1,8 @@
 """What would have happened without the robot, from several moments of running episodes on."""
 
 from envs.episodes import Episodes
+from envs.evaluation.twin import branch_off
 from envs.trace import Branch
-from envs.twin import branch_off
 
 INTERVAL = 4.8
 """Episodes are branched off when histories can be full and this often [s] from then on.

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from envs.workers import run_tasks
+from envs.evaluation.workers import run_tasks
 
 
 def wait_or_fail(seconds, finished):

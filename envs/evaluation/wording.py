@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from envs.metric_table import Metric
+from envs.evaluation.metric_table import Metric
 
 
 def share(entry: Mapping[str, Any]) -> str:

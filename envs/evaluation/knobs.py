@@ -11,7 +11,7 @@ import shapely
 from crowdsim.maps import PLACES
 from crowdsim.motion import MODEL_NAMES
 from crowdsim.scenarios import make_scenario
-from envs.comparison import ScenarioChoice
+from envs.evaluation.comparison import ScenarioChoice
 
 Setting = float | int | bool | str
 

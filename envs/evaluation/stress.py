@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from envs.comparison import EvaluationConfig, ScenarioChoice, cross
-from envs.curves import curve
-from envs.episode_rows import Row
-from envs.evaluation import Evaluation, Progress, evaluate, record
-from envs.finished_tasks import FinishedTasks
-from envs.knobs import KNOBS, Setting, turned, value_text
-from envs.metric_table import METRICS
-from envs.replays import RecordedEpisode, instructive_failure
-from envs.wording import difference_text, share
+from envs.evaluation.comparison import EvaluationConfig, ScenarioChoice, cross
+from envs.evaluation.curves import curve
+from envs.evaluation.episode_rows import Row
+from envs.evaluation.evaluate import Evaluation, Progress, evaluate, record
+from envs.evaluation.finished_tasks import FinishedTasks
+from envs.evaluation.knobs import KNOBS, Setting, turned, value_text
+from envs.evaluation.metric_table import METRICS
+from envs.evaluation.replays import RecordedEpisode, instructive_failure
+from envs.evaluation.wording import difference_text, share
 
 Points = Mapping[Setting, ScenarioChoice]
 
@@ -25,9 +25,9 @@ class StressConfig:
     """What is turned and what is kept.
 
     Attributes:
-        knobs: Names in `envs.knobs.KNOBS`, each turned by itself.
-        policies: As `envs.comparison.cross` takes them; for the knob `horizon` a planner should
-            plan as far ahead as the longest one.
+        knobs: Names in `envs.evaluation.knobs.KNOBS`, each turned by itself.
+        policies: As `envs.evaluation.comparison.cross` takes them; for the knob `horizon` a planner
+            should plan as far ahead as the longest one.
         forecasters: What `CrowdNavConfig.forecaster` takes.
         scenario: Where.
         seeds: One episode per seed, policy, forecaster and value.
@@ -72,7 +72,7 @@ class Stress:
 
     Attributes:
         config: What was asked.
-        rows: One per episode, as in `envs.evaluation.Evaluation`; the scenario is `knob=value`.
+        rows: One per episode, as in `Evaluation`; the scenario is `knob=value`.
         cells: Forecast errors of every episode, likewise.
         table: `run`, `scenario`, `reference` and `knobs`: {knob: {label, findings, curves: {arm:
             [{value, n, metrics, differences, change}]}}}; fits into JSON. `differences` are to the
@@ -101,7 +101,7 @@ def stress(
         config: What is turned.
         progress: Called with the number of finished episodes and of all.
         command: How this was called, for the record.
-        finished: As `envs.evaluation.evaluate` takes it.
+        finished: As `envs.evaluation.evaluate.evaluate` takes it.
 
     Raises:
         ValueError: A bad name or value, before any episode is run.

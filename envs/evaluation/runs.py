@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from envs.branches import Branches
 from envs.config import CrowdNavConfig
 from envs.episodes import Episodes
+from envs.evaluation.branches import Branches
 from envs.policies import make_policy
 from envs.trace import Trace
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.metric_table import HEADLINE, METRICS, aggregate_name
-from envs.metrics import Value
-from envs.statistics import Interval, mean_interval, paired_difference
+from envs.evaluation.metric_table import HEADLINE, METRICS, aggregate_name
+from envs.evaluation.metrics import Value
+from envs.evaluation.statistics import Interval, mean_interval, paired_difference
 
 Row = Mapping[str, Value]
 ALL_SCENARIOS = "all"

@@ -11,8 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.forecast_scores import scored_forecasts
-from envs.path_metrics import path_quality, progress, ways_reached
+from envs.evaluation.forecast_scores import scored_forecasts
+from envs.evaluation.path_metrics import path_quality, progress, ways_reached
 from envs.trace import Trace, TwinTrace
 
 Value: TypeAlias = bool | int | float | str | None

@@ -5,13 +5,13 @@ from typing import Any
 import cv2
 import pytest
 
-from envs.comparison import ScenarioChoice
 from envs.crowd_nav import CrowdNav
-from envs.knobs import KNOBS, turned
-from envs.replays import instructive_failure
+from envs.evaluation.comparison import ScenarioChoice
+from envs.evaluation.knobs import KNOBS, turned
+from envs.evaluation.replays import instructive_failure
+from envs.evaluation.stress import Stress, StressConfig, stress
 from envs.report import build_stress_report, write_stress
 from envs.report.stress_files import stress_table
-from envs.stress import Stress, StressConfig, stress
 
 FEW = ScenarioChoice(scenario="circular_crossing", parameters={"pedestrians": 3})
 

@@ -7,8 +7,8 @@ from crowdsim.maps import PLACES, make_place
 from crowdsim.scenarios import make_scenario
 from crowdsim.scenarios.mixed import MIXTURE
 from crowdsim.scenarios.public_place import DRAWN
-from envs.comparison import ScenarioChoice
-from envs.knobs import KNOBS, turned
+from envs.evaluation.comparison import ScenarioChoice
+from envs.evaluation.knobs import KNOBS, turned
 
 CIRCLE = ScenarioChoice(scenario="circular_crossing")
 

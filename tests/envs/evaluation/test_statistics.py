@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from envs.statistics import bca, mean_interval, paired_difference, wilson
+from envs.evaluation.statistics import bca, mean_interval, paired_difference, wilson
 
 
 def test_wilson_matches_scipy() -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from crowdsim.recordings.store import write_atomic
-from envs.episode_rows import Measured, read_rows, rows_as_parquet
-from envs.forecast_cells import CELL_COLUMNS
+from envs.evaluation.episode_rows import Measured, read_rows, rows_as_parquet
+from envs.evaluation.forecast_cells import CELL_COLUMNS
 from predictor.checkpoint import source_revision
 
 

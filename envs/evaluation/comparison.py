@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from envs.config import CrowdNavConfig, make_config
-from envs.summary import ALL_SCENARIOS
+from envs.evaluation.summary import ALL_SCENARIOS
 
 VISIBILITY_NAMES: Final = {True: "visible", False: "invisible"}
 """What a scenario is called by whether people see the robot."""
@@ -77,7 +77,7 @@ class EvaluationConfig:
         environment: Keywords of `CrowdNavConfig` for all arms.
         workers: Processes; they change how long it takes and nothing else.
         width: Episodes side by side in a process; likewise.
-        twins: Whether forecast errors are split by twin rollouts (`envs.robot_part`).
+        twins: Whether forecast errors are split by twin rollouts (`envs.evaluation.robot_part`).
         replays: Seeds per scenario whose episodes the report plays.
         replay_candidates: Number of first seeds those are chosen among.
         statistics_seed: Seeds the bootstrap.

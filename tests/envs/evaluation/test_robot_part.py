@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from hand_made_traces import make_trace, make_twin, walk
 
-from envs.branches import INTERVAL
 from envs.config import make_config
-from envs.forecast_breakdown import forecast_breakdown
-from envs.forecast_cells import forecast_cells
-from envs.forecast_scores import scored_forecasts
+from envs.evaluation.branches import INTERVAL
+from envs.evaluation.forecast_breakdown import forecast_breakdown
+from envs.evaluation.forecast_cells import forecast_cells
+from envs.evaluation.forecast_scores import scored_forecasts
+from envs.evaluation.robot_part import robot_part
+from envs.evaluation.runs import run_episodes
 from envs.report.forecast_section import forecast_section
-from envs.robot_part import robot_part
-from envs.runs import run_episodes
 from envs.trace import Branch, Trace
 
 STEPS, FRAMES = 25, 3

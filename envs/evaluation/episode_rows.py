@@ -9,8 +9,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from envs.metric_table import METRICS
-from envs.metrics import Value
+from envs.evaluation.metric_table import METRICS
+from envs.evaluation.metrics import Value
 
 Row = dict[str, Value]
 """One episode: `EPISODE_COLUMNS` and every metric; or one bin and step of its forecast errors."""
@@ -53,7 +53,7 @@ class Measured:
 
     Attributes:
         rows: One per episode.
-        cells: Their forecast errors, rows of `envs.forecast_cells.forecast_cells`.
+        cells: Their forecast errors, rows of `envs.evaluation.forecast_cells.forecast_cells`.
     """
 
     rows: list[Row]

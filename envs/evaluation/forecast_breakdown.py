@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.forecast_cells import DISTANCES, FRAMES_SEEN
-from envs.metrics import Value
-from envs.statistics import Interval
-from envs.summary import ALL_SCENARIOS, as_json
+from envs.evaluation.forecast_cells import DISTANCES, FRAMES_SEEN
+from envs.evaluation.metrics import Value
+from envs.evaluation.statistics import Interval
+from envs.evaluation.summary import ALL_SCENARIOS, as_json
 
 Cell = Mapping[str, Value]
 Floats = NDArray[np.float64]
@@ -32,7 +32,7 @@ def forecast_breakdown(cells: Sequence[Cell], seed: int = 0) -> dict[str, Any]:
     """Means per scenario and arm, those without forecasts left out.
 
     Args:
-        cells: Rows of `envs.forecast_cells.forecast_cells`, of all episodes.
+        cells: Rows of `envs.evaluation.forecast_cells.forecast_cells`, of all episodes.
         seed: Seeds the bootstrap of every interval anew.
 
     Returns:

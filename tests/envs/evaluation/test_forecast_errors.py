@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hand_made_traces import make_trace, walk
 
-from envs.forecast_breakdown import forecast_breakdown, mean_of_sums
-from envs.forecast_cells import CELL_COLUMNS, forecast_cells
-from envs.metrics import navigation_metrics
+from envs.evaluation.forecast_breakdown import forecast_breakdown, mean_of_sums
+from envs.evaluation.forecast_cells import CELL_COLUMNS, forecast_cells
+from envs.evaluation.metrics import navigation_metrics
 from envs.report.forecast_section import forecast_section
 from envs.trace import Trace
 

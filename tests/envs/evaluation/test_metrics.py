@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hand_made_traces import DT, make_trace, make_twin, walk
 
-from envs.forecast_scores import scored_forecasts
-from envs.metric_table import METRICS, aggregate_name
-from envs.metrics import (
+from envs.evaluation.forecast_scores import scored_forecasts
+from envs.evaluation.metric_table import METRICS, aggregate_name
+from envs.evaluation.metrics import (
     COLLISION_COURSE_LIMIT,
     distance_to_true_paths,
     navigation_metrics,

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from envs.comparison import Arm
-from envs.episode_rows import Row
-from envs.metric_table import HEADLINE
-from envs.metrics import Value
-from envs.summary import differences, means
+from envs.evaluation.comparison import Arm
+from envs.evaluation.episode_rows import Row
+from envs.evaluation.metric_table import HEADLINE
+from envs.evaluation.metrics import Value
+from envs.evaluation.summary import differences, means
 
 Lines = dict[str, dict[Any, list[Row]]]
 """Episodes by line and value."""
