@@ -1,7 +1,7 @@
 """Map encoders whose features come from a network for pictures of the `transformers` package."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self, TypeVar
 
 import torch
 from torch import Tensor, nn
@@ -10,8 +10,7 @@ from predictor.backbone_config import BACKBONES, SIZES, BackboneConfig
 from predictor.config import ModelConfig, NetworkConfig
 from predictor.position_codes import grid_code
 
-if TYPE_CHECKING:
-    from predictor.networks import Network
+NetworkT = TypeVar("NetworkT", bound=nn.Module)
 
 
 class BackboneEncoder(nn.Module):
@@ -82,7 +81,7 @@ def with_backbone(config: NetworkConfig, source: str | None, *, trained: bool) -
     return replace(config, backbone=replace(found, trained=trained), crop_px=crop_px)
 
 
-def with_pretrained(network: "Network") -> "Network":
+def with_pretrained(network: NetworkT) -> NetworkT:
     """Give the backbone of a network, if it has one with a source, the weights from there.
 
     Raises:
