@@ -6,8 +6,8 @@ from dataclasses import replace
 import gymnasium
 import numpy as np
 import pytest
-from conftest import set_scene
 from gymnasium.utils.env_checker import check_env
+from hand_made_scenes import set_scene
 from numpy.testing import assert_allclose, assert_array_equal
 
 from crowdsim.scenarios import make_scenario
