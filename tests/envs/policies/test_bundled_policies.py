@@ -83,7 +83,6 @@ def goals(spec, forecaster):
     return int(reached.sum())
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_each_crosses_a_circle_better_than_straight_on(name):
-    forecaster, _, seed = name.rpartition("-")
-    assert goals(f"ppo@{seed}", forecaster) > goals("straight", "none")
+@pytest.mark.parametrize("forecaster", ["none", "constant_velocity", "fast"])
+def test_the_first_of_each_arm_crosses_a_circle_better_than_straight_on(forecaster):
+    assert goals("ppo", forecaster) > goals("straight", "none")
