@@ -19,36 +19,27 @@ from stable_baselines3.sac.policies import MultiInputPolicy as SACMultiInputPoli
 from envs.policies.crowd_features import CrowdFeatures
 
 
-class PPONetwork(MultiInputActorCriticPolicy):
+class SeesPeople:
+    """Takes `CrowdFeatures` unless told otherwise; stands before a policy class of SB3."""
+
+    def __init__(self, *spaces: Any, **keywords: Any) -> None:
+        super().__init__(*spaces, **({"features_extractor_class": CrowdFeatures} | keywords))
+
+
+class PPONetwork(SeesPeople, MultiInputActorCriticPolicy):
     """Actor and critic on the same features."""
 
-    def __init__(self, *spaces: Any, **keywords: Any) -> None:
-        super().__init__(*spaces, **_seeing_people(keywords))
 
-
-class RecurrentPPONetwork(RecurrentMultiInputActorCriticPolicy):
+class RecurrentPPONetwork(SeesPeople, RecurrentMultiInputActorCriticPolicy):
     """Actor and critic on the same features, each with an LSTM of its own."""
 
-    def __init__(self, *spaces: Any, **keywords: Any) -> None:
-        super().__init__(*spaces, **_seeing_people(keywords))
 
-
-class SACNetwork(SACMultiInputPolicy):
+class SACNetwork(SeesPeople, SACMultiInputPolicy):
     """An actor and two critics, each with features of its own."""
 
-    def __init__(self, *spaces: Any, **keywords: Any) -> None:
-        super().__init__(*spaces, **_seeing_people(keywords))
 
-
-class TQCNetwork(TQCMultiInputPolicy):
+class TQCNetwork(SeesPeople, TQCMultiInputPolicy):
     """An actor and critics of the return's quantiles, each with features of its own."""
-
-    def __init__(self, *spaces: Any, **keywords: Any) -> None:
-        super().__init__(*spaces, **_seeing_people(keywords))
-
-
-def _seeing_people(keywords: dict[str, Any]) -> dict[str, Any]:
-    return {"features_extractor_class": CrowdFeatures} | keywords
 
 
 @dataclass(frozen=True, kw_only=True)
