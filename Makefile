@@ -17,8 +17,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --editab
 demo: .venv/installed
 	$(BIN)/crowdnav demo $(ARGS)
 
-test: .venv/installed-test
-	$(BIN)/python -m pytest $(ARGS)
+test: .venv/installed-test .venv/gymnasium-0.29.1
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(ARGS)
 
 validation: .venv/installed-validation
 	$(BIN)/python tests/validation/report.py
@@ -33,6 +33,10 @@ check: .venv/installed-check
 clean:
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The Gymnasium that CleanRL asks for, beside our own: one test trains with it.
+.venv/gymnasium-%: | .venv/bin/python
+	$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-deps --target $@ gymnasium==$*
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("make: expected Python 3.11 or newer, found %d.%d (%s); try: make PYTHON=python3.12" % (*sys.version_info[:2], sys.executable))'

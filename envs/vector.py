@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
@@ -16,6 +17,14 @@ from envs.observation import Observation, flattened, flattened_space
 from envs.rendering import render_world
 from envs.robots import action_space
 from envs.trace import Trace
+
+try:
+    from gymnasium.vector import AutoresetMode
+except ImportError as error:
+    raise ImportError(
+        "the batched environment needs Gymnasium 1.1 or later, which says when episodes start "
+        f"anew; found {gymnasium.__version__}, with which single environments work"
+    ) from error
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

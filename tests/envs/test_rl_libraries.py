@@ -1,5 +1,10 @@
 """Other people's training loops run on the environment as it is."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
@@ -15,6 +20,8 @@ from gymnasium.wrappers import (
 )
 
 SHORT = {"time_limit": 1.0, "horizon": 1.2}
+ROOT = Path(__file__).parents[2]
+OLD_GYMNASIUM = Path(sys.prefix) / "gymnasium-0.29.1"
 
 
 def as_cleanrl_makes_it():
@@ -44,6 +51,44 @@ def test_the_wrappers_of_cleanrl_give_what_its_loop_reads():
     np.testing.assert_array_equal(infos["final_info"]["episode"]["l"], [5, 5])
 
 
+AS_CLEANRL_PINNED_IT = """
+import gymnasium as gym, numpy as np
+
+def make():
+    env = gym.make("envs:crowdnav/CrowdNav-v0", time_limit=1.0, horizon=1.2)
+    env = gym.wrappers.RecordEpisodeStatistics(gym.wrappers.FlattenObservation(env))
+    env = gym.wrappers.NormalizeObservation(gym.wrappers.ClipAction(env))
+    env = gym.wrappers.TransformObservation(env, lambda seen: np.clip(seen, -10, 10))
+    env = gym.wrappers.NormalizeReward(env, gamma=0.99)
+    return gym.wrappers.TransformReward(env, lambda gain: np.clip(gain, -10, 10))
+
+envs = gym.vector.SyncVectorEnv([make] * 2)
+seen, _ = envs.reset(seed=1)
+draw = np.random.default_rng(1)
+for _ in range(5):
+    assert seen.shape == (2, envs.single_observation_space.shape[0])
+    assert np.isfinite(seen).all()
+    seen, reward, terminated, truncated, infos = envs.step(draw.normal(size=(2, 2)))
+    assert np.isfinite(reward).all()
+print(gym.__version__, truncated, [info["episode"]["l"].tolist() for info in infos["final_info"]])
+"""
+
+
+@pytest.mark.skipif(
+    not OLD_GYMNASIUM.exists(), reason=f"needs {OLD_GYMNASIUM}, which `make test` installs"
+)
+def test_the_gymnasium_that_cleanrl_pinned_runs_the_single_environment():
+    path = os.pathsep.join([str(OLD_GYMNASIUM), str(ROOT)])
+    run = subprocess.run(
+        [sys.executable, "-c", AS_CLEANRL_PINNED_IT],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split("\n")[-2] == "0.29.1 [ True  True] [[5], [5]]"
+
+
 def test_ppo_of_skrl_trains_on_the_batched_environment(tmp_path):
     pytest.importorskip("skrl", reason="skrl is not installed")
     from skrl.agents.torch.ppo import PPO
@@ -64,6 +109,7 @@ def test_ppo_of_skrl_trains_on_the_batched_environment(tmp_path):
         **spaces,
     )
     run = {"timesteps": 16, "disable_progressbar": True, "headless": True}
+    run["close_environment_at_exit"] = False  # after the test, when there is nothing to log to
     SequentialTrainer(env=env, agents=agent, cfg=run).train()
     after = models["policy"].layer.weight
     assert torch.isfinite(after).all()
