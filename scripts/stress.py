@@ -27,9 +27,10 @@ def stress(
     """Turn one knob from usual to hard, with everything else fixed and on common seeds.
 
     Writes `report.html` (curves, tables, and failures to replay; opens offline), `stress.json`,
-    `stress.md`, each knob's curves as `.svg` and `.png`, `episodes.parquet` with one row per
-    episode and `forecast_errors.parquet`. The first policy with the first forecaster is the
-    reference that the differences in `stress.json` are taken against.
+    `stress.md`, each knob's curves as `.svg` and `.png`, the success over several knobs as
+    `overview`, `episodes.parquet` with one row per episode and `forecast_errors.parquet`. The
+    first policy with the first forecaster is the reference that the differences in `stress.json`
+    are taken against.
 
     Args:
         knob: What to turn, each by itself: horizon, density, crowd_speed, awareness, goal_changes,

@@ -1,5 +1,6 @@
 """Curves over what was varied, and forecast error against how the robot drove."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
@@ -36,20 +37,46 @@ def curve_figure(lines: Lines, label: str, shown: Sequence[str] = SHOWN) -> Figu
     """
     figure = Figure(figsize=(10.5, 6.2))
     panels = figure.subplots(2, 2).ravel()
-    values = [point["value"] for point in max(lines.values(), key=len)]
-    colors = line_colors(lines)
     for axes, key in zip(panels, shown, strict=True):
-        for line, points in lines.items():
-            places = [_place(point["value"], values) for point in points]
-            _draw_line(axes, points, places, key, color=colors[line], label=line)
-        unit = "%" if METRICS[key].kind == "share" else METRICS[key].unit
-        axes.set_title(f"{METRICS[key].label} [{unit}]" if unit else METRICS[key].label)
+        _draw_panel(axes, lines, key)
+        axes.set_title(_with_unit(key))
         axes.set_xlabel(label)
-        if not is_number(values[0]):
-            axes.set_xticks(range(len(values)), [value_text(value) for value in values])
-        elif values[0] > values[-1]:
-            axes.invert_xaxis()
     panels[0].legend(frameon=False, fontsize=8.5, labelcolor=plots.INK)
+    return figure
+
+
+def overview_plot(knobs: Mapping[str, Mapping[str, Any]]) -> str:
+    """Success over every knob of a stress test as an `<svg>` element."""
+    with plots.styled():
+        return plots.as_svg(overview_figure(knobs), "Success over every knob")
+
+
+def overview_figure(knobs: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """Success over every knob of a stress test, a panel each.
+
+    Args:
+        knobs: Label and curves by name, as in `stress.json`; the same lines for all.
+    """
+    columns = min(len(knobs), plots.PANELS_IN_A_ROW - 1)
+    rows = -(-len(knobs) // columns)
+    figure = Figure(figsize=(10.5, 0.4 + 2.3 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
+    for axes, entry in zip(panels.ravel(), knobs.values(), strict=False):
+        _draw_panel(axes, entry["curves"], "success")
+        axes.set_title(textwrap.fill(entry["label"], 26), fontsize=9)
+        axes.tick_params(labelsize=8)
+    for axes in panels.ravel()[len(knobs) :]:
+        axes.set_axis_off()
+    for axes in panels[:, 0]:
+        axes.set_ylabel(_with_unit("success"))
+    figure.legend(
+        *panels[0, 0].get_legend_handles_labels(),
+        loc="outside upper left",
+        ncols=4,
+        frameon=False,
+        fontsize=8.5,
+        labelcolor=plots.INK,
+    )
     return figure
 
 
@@ -121,6 +148,26 @@ def _markers(arms: Mapping[str, Any]) -> dict[str, str]:
 
 def _place(value: Any, values: Sequence[Any]) -> float:
     return float(value) if is_number(value) else float(values.index(value))
+
+
+def _draw_panel(axes: Axes, lines: Lines, key: str) -> None:
+    """One metric over the values: numbers at their places, what is no number one by one."""
+    values = [point["value"] for point in max(lines.values(), key=len)]
+    colors = line_colors(lines)
+    for line, points in lines.items():
+        places = [_place(point["value"], values) for point in points]
+        _draw_line(axes, points, places, key, color=colors[line], label=line)
+    if not is_number(values[0]):
+        names = [textwrap.fill(value_text(value).replace("_", " "), 10) for value in values]
+        axes.set_xticks(range(len(values)), names)
+    elif values[0] > values[-1]:
+        axes.invert_xaxis()
+
+
+def _with_unit(key: str) -> str:
+    """What an axis says of a metric."""
+    unit = "%" if METRICS[key].kind == "share" else METRICS[key].unit
+    return f"{METRICS[key].label} [{unit}]" if unit else METRICS[key].label
 
 
 def _draw_line(

@@ -159,7 +159,8 @@ def styled() -> Iterator[None]:
 
 def as_svg(figure: Figure, title: str) -> str:
     """The figure as an `<svg>` element in the page's text color, with a title for readers."""
-    figure.tight_layout(pad=0.6, w_pad=1.2, h_pad=1.2)
+    if figure.get_layout_engine() is None:
+        figure.tight_layout(pad=0.6, w_pad=1.2, h_pad=1.2)
     buffer = io.StringIO()
     figure.savefig(
         buffer, format="svg", transparent=True, bbox_inches="tight", metadata={"Date": None}

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from matplotlib.figure import Figure
+
 from crowdsim.recordings.store import write_atomic
 from envs.evaluation.episode_rows import rows_as_parquet
 from envs.evaluation.forecast_cells import CELL_COLUMNS
@@ -14,7 +16,7 @@ from envs.evaluation.metric_table import METRICS, aggregate_name
 from envs.evaluation.stress import Stress
 from envs.evaluation.wording import number, share
 from envs.report import plots
-from envs.report.curve_plots import SHOWN, curve_figure
+from envs.report.curve_plots import SHOWN, curve_figure, overview_figure
 
 SHOWN_OF_MISSIONS: Final = (
     "success",
@@ -26,7 +28,10 @@ SHOWN_OF_MISSIONS: Final = (
 
 
 def write_stress(result: Stress, folder: Path) -> None:
-    """Writes `stress.json`, `stress.md`, both Parquet files, and each knob's `.svg` and `.png`."""
+    """Writes `stress.json`, `stress.md`, both Parquet files, and plots as `.svg` and `.png`.
+
+    The plots are those of each knob, and of several the one of all, `overview`.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(result.table, indent=2, allow_nan=False) + "\n"
     write_atomic(folder / "stress.json", text.encode())
@@ -34,14 +39,22 @@ def write_stress(result: Stress, folder: Path) -> None:
     rows, cells = result.rows, result.cells
     write_atomic(folder / "episodes.parquet", rows_as_parquet(rows, list(rows[0])))
     write_atomic(folder / "forecast_errors.parquet", rows_as_parquet(cells, CELL_COLUMNS))
-    for knob, entry in result.table["knobs"].items():
-        with plots.styled():
+    knobs = result.table["knobs"]
+    with plots.styled():
+        for knob, entry in knobs.items():
             figure = curve_figure(entry["curves"], entry["label"], shown_of(knob))
             figure.tight_layout()
-            for suffix in ("svg", "png"):
-                sink = io.BytesIO()
-                figure.savefig(sink, format=suffix, dpi=160)
-                write_atomic(folder / f"{knob}.{suffix}", sink.getvalue())
+            _write_figure(figure, folder / knob)
+        if len(knobs) > 1:
+            _write_figure(overview_figure(knobs), folder / "overview")
+
+
+def _write_figure(figure: Figure, path: Path) -> None:
+    """Writes the figure as `path` with `.svg`, and with `.png`."""
+    for suffix in ("svg", "png"):
+        sink = io.BytesIO()
+        figure.savefig(sink, format=suffix, dpi=160)
+        write_atomic(path.with_suffix(f".{suffix}"), sink.getvalue())
 
 
 def stress_table(table: Mapping[str, Any]) -> str:

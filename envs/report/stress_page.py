@@ -8,7 +8,7 @@ from typing import Any
 from envs.evaluation.knobs import value_text
 from envs.evaluation.stress import Stress
 from envs.report import tables
-from envs.report.curve_plots import curve_plot, line_colors
+from envs.report.curve_plots import curve_plot, line_colors, overview_plot
 from envs.report.document import section, sentences, write_document
 from envs.report.stress_files import shown_of
 
@@ -45,12 +45,15 @@ def build_stress_report(result: Stress, out: Path) -> Path:
 
 def _found(table: Mapping[str, Any]) -> str:
     """What was found, knob by knob."""
+    knobs = table["knobs"]
     parts = [
         f'<h3>{escape(entry["label"])} <a href="#{name}">more</a></h3>'
         f"{sentences(entry['findings'])}"
-        for name, entry in table["knobs"].items()
+        for name, entry in knobs.items()
     ]
-    return section("findings", "What was found", *parts, f'<p class="note">{escape(NOTE)}</p>')
+    overview = [f'<div class="plot">{overview_plot(knobs)}</div>'] if len(knobs) > 1 else []
+    note = f'<p class="note">{escape(NOTE)}</p>'
+    return section("findings", "What was found", *overview, *parts, note)
 
 
 def _knob(name: str, entry: Mapping[str, Any]) -> str:

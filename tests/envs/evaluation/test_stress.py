@@ -76,6 +76,9 @@ def test_a_stress_report_shows_each_knob_and_its_failures(tmp_path: Path) -> Non
     assert text.count('<h2 id="awareness">') == text.count('<h2 id="occlusion">') == 1
     for entry in two.table["knobs"].values():
         assert all(sentence in text for sentence in entry["findings"])
+    assert "Success over every knob" in text
+    write_stress(two, tmp_path)
+    assert (tmp_path / "overview.png").is_file()
 
 
 def failures(*points: str) -> list[list[dict[str, Any]]]:
