@@ -63,7 +63,11 @@ def test_a_stress_test_leaves_a_report_on_every_knob(crowdnav: Crowdnav, tmp_pat
         "episodes.parquet",
         "forecast_errors.parquet",
         "config.yaml",
-        *(f"{knob}.{kind}" for knob in ("awareness", "occlusion") for kind in ("svg", "png")),
+        *(
+            f"{plot}.{kind}"
+            for plot in ("awareness", "occlusion", "overview")
+            for kind in ("svg", "png")
+        ),
     }
     assert list(json.loads((tmp_path / "stress.json").read_text())["knobs"]) == [
         "awareness",
