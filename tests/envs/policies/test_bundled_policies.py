@@ -17,6 +17,7 @@ from envs.policies.bundled import BUNDLED
 
 FOLDERS = sorted((BUNDLED / "ppo").iterdir())
 NAMES = [folder.name for folder in FOLDERS]
+ARMS = ("none", "constant_velocity", "fast", "iterative_attention")
 EPISODES = 24
 
 ACT = """
@@ -40,9 +41,7 @@ def description(folder):
 
 def test_every_forecaster_has_the_same_seeds_steps_and_network():
     seeds = {name.rpartition("-")[2] for name in NAMES}
-    assert {
-        f"{arm}-{seed}" for arm in ("none", "constant_velocity", "fast") for seed in seeds
-    } == set(NAMES)
+    assert {f"{arm}-{seed}" for arm in ARMS for seed in seeds} == set(NAMES)
     trained = [description(folder) for folder in FOLDERS]
     assert len({one["training"]["steps"] for one in trained}) == 1
     assert all(one["network"] == trained[0]["network"] for one in trained)
@@ -83,6 +82,6 @@ def goals(spec, forecaster):
     return int(reached.sum())
 
 
-@pytest.mark.parametrize("forecaster", ["none", "constant_velocity", "fast"])
+@pytest.mark.parametrize("forecaster", ARMS)
 def test_the_first_of_each_arm_crosses_a_circle_better_than_straight_on(forecaster):
     assert goals("ppo", forecaster) > goals("straight", "none")
