@@ -17,6 +17,9 @@ SHOWN: Final = ("success", "collision_pedestrian", "time_to_goal_penalized", "fo
 MARKERS: Final = "osD^vPX*"
 """Of policies, where several stand in a plot."""
 
+KNOBS_IN_A_ROW: Final = 4
+"""More knobs than these go below one another."""
+
 Lines = Mapping[str, Sequence[Mapping[str, Any]]]
 
 
@@ -57,7 +60,7 @@ def overview_figure(knobs: Mapping[str, Mapping[str, Any]]) -> Figure:
     Args:
         knobs: Label and curves by name, as in `stress.json`; the same lines for all.
     """
-    columns = min(len(knobs), plots.PANELS_IN_A_ROW - 1)
+    columns = min(len(knobs), KNOBS_IN_A_ROW)
     rows = -(-len(knobs) // columns)
     figure = Figure(figsize=(10.5, 0.4 + 2.3 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
