@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
+from envs.autoreset import SAME_STEP
 from envs.observation import Observation
 
 
@@ -24,7 +25,7 @@ class SB3VecEnv(VecEnv):
         Raises:
             ValueError: `env` does not reset within the step in which an episode ends.
         """
-        if env.metadata.get("autoreset_mode") != AutoresetMode.SAME_STEP:
+        if env.metadata.get("autoreset_mode") != SAME_STEP:
             raise ValueError(
                 "env must have the autoreset mode SAME_STEP, "
                 f"got {env.metadata.get('autoreset_mode')}"

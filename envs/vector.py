@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from envs.autoreset import SAME_STEP
 from envs.config import make_config
 from envs.crowd_nav import CrowdNav
 from envs.episodes import Episodes, StepResult
@@ -17,14 +17,6 @@ from envs.observation import Observation, flattened, flattened_space
 from envs.rendering import render_world
 from envs.robots import action_space
 from envs.trace import Trace
-
-try:
-    from gymnasium.vector import AutoresetMode
-except ImportError as error:
-    raise ImportError(
-        "the batched environment needs Gymnasium 1.1 or later, which says when episodes start "
-        f"anew; found {gymnasium.__version__}, with which single environments work"
-    ) from error
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -39,7 +31,7 @@ class CrowdNavVector(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
     `final_info`. Time limits are applied here: no TimeLimit wrapper belongs around it.
     """
 
-    metadata = CrowdNav.metadata | {"autoreset_mode": AutoresetMode.SAME_STEP}
+    metadata = CrowdNav.metadata | {"autoreset_mode": SAME_STEP}
     flat = False
 
     def __init__(
