@@ -34,7 +34,7 @@ clean:
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# The Gymnasium that CleanRL asks for, beside our own: one test trains with it.
+# The Gymnasium that CleanRL pinned, beside our own: one test runs the environment with it.
 .venv/gymnasium-%: | .venv/bin/python
 	$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-deps --target $@ gymnasium==$*
 

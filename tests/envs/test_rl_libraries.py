@@ -90,8 +90,8 @@ def test_the_gymnasium_that_cleanrl_pinned_runs_the_single_environment():
         text=True,
     )
     assert run.returncode == 0, run.stderr
-    trained, refused = run.stdout.splitlines()[-2:]
-    assert trained == "0.29.1 [ True  True] [[5], [5]]"
+    finished, refused = run.stdout.splitlines()[-2:]
+    assert finished == "0.29.1 [ True  True] [[5], [5]]"
     assert "needs Gymnasium 1.1 or later" in refused
 
 
