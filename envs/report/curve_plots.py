@@ -63,17 +63,16 @@ def overview_figure(knobs: Mapping[str, Mapping[str, Any]]) -> Figure:
     columns = min(len(knobs), KNOBS_IN_A_ROW)
     rows = -(-len(knobs) // columns)
     figure = Figure(figsize=(10.5, 0.4 + 2.3 * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
-    for axes, entry in zip(panels.ravel(), knobs.values(), strict=False):
+    grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
+    panels = plots.used_panels(grid, len(knobs))
+    for axes, entry in zip(panels, knobs.values(), strict=True):
         _draw_panel(axes, entry["curves"], "success")
         axes.set_title(textwrap.fill(entry["label"], 26), fontsize=9)
         axes.tick_params(labelsize=8)
-    for axes in panels.ravel()[len(knobs) :]:
-        axes.set_axis_off()
-    for axes in panels[:, 0]:
+    for axes in grid[:, 0]:
         axes.set_ylabel(_with_unit("success"))
     figure.legend(
-        *panels[0, 0].get_legend_handles_labels(),
+        *panels[0].get_legend_handles_labels(),
         loc="outside upper left",
         ncols=4,
         frameon=False,
@@ -96,12 +95,11 @@ def dose_plot(summary: Mapping[str, Any]) -> str:
     with plots.styled():
         figure = Figure(figsize=(10.5, 0.5 + 2.6 * rows))
         grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
-        for axes, (scenario, group) in zip(grid.ravel(), scenarios.items(), strict=False):
+        panels = plots.used_panels(grid, len(scenarios))
+        for axes, (scenario, group) in zip(panels, scenarios.items(), strict=True):
             _draw_dose(axes, summary, group)
             axes.set_title(plots.wrapped_name(scenario, 20))
             axes.set_xlabel("forecast FDE [m]")
-        for axes in grid.ravel()[len(scenarios) :]:
-            axes.set_axis_off()
         for axes in grid[:, 0]:
             axes.set_ylabel("success [%]")
         if len(_markers(_shown_arms(summary))) > 1:

@@ -12,6 +12,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from envs.evaluation.metric_table import HEADLINE, METRICS, aggregate_name
 from envs.evaluation.summary import ALL_SCENARIOS
@@ -71,11 +72,10 @@ def outcome_plot(summary: Mapping[str, Any]) -> str:
         rows = -(-len(scenarios) // columns)
         figure = Figure(figsize=(10.5, rows * (0.75 + 0.3 * len(arms))))
         grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
-        for axes, (scenario, group) in zip(grid.ravel(), scenarios.items(), strict=False):
+        panels = used_panels(grid, len(scenarios))
+        for axes, (scenario, group) in zip(panels, scenarios.items(), strict=True):
             _draw_outcomes(axes, arms, group)
             axes.set_title(wrapped_name(scenario, 20))
-        for axes in grid.ravel()[len(scenarios) :]:
-            axes.set_axis_off()
         grid[0, 0].invert_yaxis()
         return as_svg(figure, "How the episodes ended, per scenario and arm")
 
@@ -95,11 +95,9 @@ def metric_plot(summary: Mapping[str, Any]) -> str:
     rows = -(-len(known) // 3)
     with styled():
         figure = Figure(figsize=(10.5, 2.7 * rows))
-        panels = figure.subplots(rows, 3, squeeze=False).ravel()
-        for axes, key in zip(panels, known, strict=False):
+        panels = used_panels(figure.subplots(rows, 3, squeeze=False), len(known))
+        for axes, key in zip(panels, known, strict=True):
             _draw_metric(axes, scenarios, arms, key)
-        for axes in panels[len(known) :]:
-            axes.set_axis_off()
         return as_svg(figure, "Means with 95 % intervals, per metric, scenario and arm")
 
 
@@ -115,6 +113,14 @@ def pooled(summary: Mapping[str, Any]) -> Mapping[str, Any]:
     name = ALL_SCENARIOS if ALL_SCENARIOS in scenarios else next(iter(scenarios))
     group: Mapping[str, Any] = scenarios[name]
     return group
+
+
+def used_panels(grid: NDArray[Any], count: int) -> list[Axes]:
+    """The first `count` panels of a grid, row by row; the others are hidden."""
+    panels = list(grid.ravel())
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return panels[:count]
 
 
 def arms_of(summary: Mapping[str, Any]) -> list[str]:
